@@ -515,6 +515,8 @@ class Tables(unittest.TestCase):
         self.assertEqual(named, ["five.csv", "one.csv", "three.csv", "four.csv"])
         self.assertIn("run: plumb squareness --table %s/one.csv --seal" % home, sentences[1])
         self.assertTrue(error_tables.lacks_seal(os.path.join(home, "two words.csv")))
+        write(ini, "[SQUARENESS]\nTABLE = none\n")
+        self.assertEqual(list(error_tables.loaded(read(hal).replace("\\\n", " "), IniFile(ini), home))[-1].split("/")[-1], "none.csv")
 
     def machine(self, joints, columns):
         """A machine with a table of Y, and these lines of its joints; limits of a stage as in configs/portal."""

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include <cctype>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -484,6 +485,54 @@ TEST(PlumbSquareness, SealsErrorTables) {
     EXPECT_THAT(wrong.errors, HasSubstr("column EXX: '50' is beyond 10 mm"));
     EXPECT_EQ(contents(file), "X,EXX\n-5,0\n10,50\n# end, 2 rows\n");
     EXPECT_EQ(squareness({"--seal", "--iso", "EC0Y=10urad"}).status, 2);
+}
+
+// Without the ends of the lines.
+std::string words_of(const std::string& text) {
+    std::istringstream words(text);
+    std::string result;
+    for (std::string word; words >> word;) result += (result.empty() ? "" : " ") + word;
+    return result;
+}
+
+TEST(PlumbSquareness, GivesTheHomeOffsetThatTurnsABeamSquare) {
+    const auto beam = [](const std::string& chain, const std::string& datum, const std::string& square,
+                         const std::string& gantry) {
+        return words_of(output_of({"--chain", chain, "--datum", datum, "--square", square, "--gantry", gantry}));
+    };
+    const std::string square = "move=X,plunger=+Y,at=0:300mm,reads=0:24um,u=1um";
+    const std::string text = beam("w.b-Y-X-Z-C-t", "Y,X", square, "Y=100mm:1300mm");
+    EXPECT_THAT(text, HasSubstr("EC0X 8.0000e-05"));
+    EXPECT_THAT(text, HasSubstr("Add +0.0960 +- 0.0113 (k=2) mm to HOME_OFFSET of the joint at X 1300"));
+    // Z on two screws across X: the sign is the other one. The beam leans by +Z over X: EB0X < 0.
+    EXPECT_THAT(beam("w-Y.b-Z-X-C-t", "Z,X", "move=X,plunger=+Z,at=0:300mm,reads=0:24um,u=1um", "Z=0mm:1000mm"),
+                HasSubstr("Add +0.0800 +- 0.0094 (k=2) mm to HOME_OFFSET of the joint at X 1000"));
+    EXPECT_THAT(words_of(output_of({"--chain", "w.b-Y-X-Z-C-t", "--iso", "EA0Y=1urad", "--gantry", "Y=0mm:1200mm"})),
+                HasSubstr("The beam is EC0X, which was not measured. With --datum Y,X a square shows it."));
+    for (const char* wrong : {"Z=0mm:1200mm", "Y=0mm:5mm", "Y=1200mm", "X=0mm:1200mm", "Y=1200mm:0mm"})
+        EXPECT_EQ(squareness({"--chain", "w-X.b-Y-Z-C-t", "--gantry", wrong, "--iso", "EC0Y=1urad"}).status, 2)
+            << wrong;
+}
+
+TEST(PlumbSquareness, RefusesATableOfAnAxisThatLinuxCNCCompensates) {
+    const Folder folder;
+    const std::string file = folder.write(
+        "both.csv", "X,EXX+,EXX-\n0,0,0\n10,0,0\nY,EXY\n0,0\n10,0\nZ,EZZ\n0,0\n10,0\n# end, 6 rows\n");
+    const auto refused = [&](const std::string& ini) {
+        const Outcome outcome =
+            squareness({"--table", file, "--ini", folder.write("my.ini", "[TRAJ]\nCOORDINATES = XYZ\n" + ini)});
+        EXPECT_EQ(outcome.status, outcome.errors.empty() ? 0 : 1);
+        return outcome.errors;
+    };
+    EXPECT_THAT(refused("[JOINT_0]\nBACKLASH = 0.01\n"),
+                HasSubstr("my.ini: line 4: 'BACKLASH = 0.01': LinuxCNC compensates X already"));
+    EXPECT_THAT(refused("[JOINT_2]\nCOMP_FILE = z.comp\n"), HasSubstr("LinuxCNC compensates Z already"));
+    EXPECT_EQ(refused("[JOINT_1]\nCOMP_FILE = y.comp\n"), "");  // no scale of Y in the table
+    EXPECT_EQ(refused("[JOINT_0]\nBACKLASH = 0.000 # none\n"), "");
+    folder.write("x.inc", "[JOINT_0]\n\nBACKLASH = 0.02\n");
+    EXPECT_THAT(refused("#INCLUDE x.inc\n"), HasSubstr("x.inc: line 3: 'BACKLASH = 0.02'"));
+    EXPECT_THAT(refused("#INCLUDE my.ini\n"), HasSubstr("too many files include each other"));
+    EXPECT_EQ(squareness({"--ini", file, "--iso", "EC0Y=10urad"}).status, 2);
 }
 
 TEST(SquarenessAdvice, IsThereForAScreenToo) {

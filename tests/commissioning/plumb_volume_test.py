@@ -212,6 +212,78 @@ class Volume(unittest.TestCase):
         self.assertIn("No uncertainty either: EXX, by direction.", output)
         self.assertIsNone(json.loads(self.run_volume(*self.COLUMN, "--table", "x.csv", "--json"))["U"])
 
+    def sure_of(self, *arguments):
+        return json.loads(self.run_volume(*self.COLUMN, "--json", *arguments))
+
+    def dated(self, head):
+        return self.write("x.csv", "# u: EXX 0.0005\n" + head + "X,EXX\n0,0\n800,0\n# end, 2 rows\n")
+
+    def test_a_measurement_ages(self):
+        fresh = self.sure_of("--table", self.dated("# date: 2026-01-01\n# drift: EXX 2e-6 per X\n"), "--today", "2026-01-01")
+        self.assertEqual(fresh["notes"], [])
+        self.assertAlmostEqual(fresh["U"], 2 * math.sqrt(2) * 0.0005, delta=1e-4)
+        half = self.sure_of("--table", "x.csv", "--today", "2026-07-02")  # 182 days
+        expected = 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 2e-6 * 182 / 365.25)
+        self.assertAlmostEqual(half["U"], expected, delta=0.05 * expected)
+        self.assertEqual(half["notes"], [])
+        old = self.sure_of("--table", "x.csv", "--today", "2028-01-01")
+        self.assertEqual([(its["kind"], its["of"], its["first"], its["second"]) for its in old["notes"]], [("old", "X", 730, 365)])
+        self.assertIn("x.csv is 730 days old, and valid for 365: measure again.", " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv", "--today", "2028-01-01").split()))
+        unset = self.sure_of("--table", "x.csv", "--today", "1970-01-01")  # the clock is not set: a year is added
+        self.assertEqual([its["kind"] for its in unset["notes"]], ["age-unknown"])
+        self.assertAlmostEqual(unset["U"], 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 2e-6 * 365 / 365.25), delta=2e-4)
+        worn = self.sure_of("--table", self.dated("# date: 2026-01-01\n# valid-for: 30 d\n"), "--today", "2026-03-01")
+        self.assertEqual((worn["U"], worn["without_u"]), (None, ["drift of X"]))
+        self.assertIn("x.csv: line 2: valid-for has no form as 365 d", self.refused(*self.COLUMN, "--table", self.dated("# valid-for: a year\n")))
+        tilt = self.sure_of("--tilt", "EC0Y=1urad,u=1urad,drift=4urad,date=2024-01-01", "--today", "2026-01-01")
+        self.assertAlmostEqual(tilt["U"], 2 * 0.0006 * math.hypot(1, 4 * 731 / 365.25), delta=2e-4)
+        self.assertEqual(tilt["notes"][0]["first"], 731)
+
+    def test_a_table_of_another_temperature_is_less_sure(self):
+        self.dated("# temperature: 20 degC\n")
+        same = self.sure_of("--table", "x.csv", "--temperature", "24.9degC")
+        self.assertEqual(same["notes"], [])
+        warm = self.sure_of("--table", "x.csv", "--temperature", "26degC")
+        self.assertEqual([(its["kind"], its["first"], its["second"]) for its in warm["notes"]], [("temperature", 20, 26)])
+        self.assertAlmostEqual(warm["U"], 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 11.5e-6 * 6), delta=0.005)
+        self.assertIn("has no form as 24degC", self.refused(*self.COLUMN, "--table", "x.csv", "--temperature", "hot"))
+
+    def test_a_tilt_displaces_nothing_at_its_pivot(self):
+        corner = ("--tilt", "EC0Y=-80urad,u=4urad", "--reference", "X=0,Y=0,Z=0", "--max-correction", "0.01")
+        rest = {tuple(its["at"]): its["rest"] for its in self.sure_of(*corner, "--pivot", "Y=300")["places"]}
+        self.assertAlmostEqual(rest[0, 0, 0], 0)
+        self.assertAlmostEqual(rest[0, 300, 0] * 1000, 14, delta=0.1)  # 24 um at Y 0, of which 10 um are corrected
+        self.assertIn("--pivot: 'W=1' names an axis", self.refused(*self.COLUMN, "--pivot", "W=1"))
+
+    def test_diagonals_before_and_after_and_their_steps(self):
+        self.write("steps.csv", "distance,deviation\n500,0.0\n1000,0.0001\n")
+        arguments = ("--tilt", "EC0Y=-80urad,u=4urad", "--steps", "PPP=steps.csv")
+        found = self.sure_of(*arguments)["diagonals"]
+        self.assertEqual([its["name"] for its in found], ["PPP", "NPP", "PNP", "NNP"])
+        length = math.sqrt(800**2 + 600**2 + 500**2)
+        for its, sign in zip(found, (1, -1, -1, 1)):  # EC0Y < 0: Y leans to +X
+            self.assertAlmostEqual(its["length"], length)
+            self.assertAlmostEqual(its["without"], sign * 80e-6 * 800 * 600 / length, 5)
+            self.assertAlmostEqual(its["rest"], 0, 6)
+            self.assertAlmostEqual(its["U"], 2 * 4e-6 * 800 * 600 / length, delta=2e-4)
+        steps = found[0]["steps"]
+        self.assertAlmostEqual(steps[0]["without"], 80e-6 * 800 * 600 / length * 500 / length, 5)
+        output = " ".join(self.run_volume(*self.COLUMN, *arguments).split())
+        self.assertIn("The steps fit the machine without correction at 0 and with correction at 2 of 2 places, within U.", output)
+        self.assertIn("steps check a table, and never fill one", output)
+        self.assertIn("beyond the diagonal of the box", self.refused(*self.COLUMN, "--steps", "PPP=" + self.write("far.csv", "distance,deviation\n5000,0\n")))
+        self.assertIn("line 3: column distance: 400 does not rise", self.refused(*self.COLUMN, "--steps", "PPP=" + self.write("back.csv", "distance,deviation\n500,0\n400,0\n")))
+        self.assertIn("'QQQ=back.csv' has no form as PPP=steps.csv", self.refused(*self.COLUMN, "--steps", "QQQ=back.csv"))
+
+    def test_a_screen_gets_tables_and_paths(self):
+        self.write("x.csv", "# u: EXX 0.0005, EXX+ 0.0002\nX,EXX+,EXX-,EAX\n0,-0.001,0.003,1e-6\n800,0,0,0\n# end, 2 rows\n")
+        found = self.sure_of("--table", "x.csv")["tables"]["X"]
+        self.assertEqual(found["EXX"], {"unit": "mm", "directed": True, "u": 0.0005, "rows": [[0, -0.001, 0.003], [800, 0, 0]]})
+        self.assertEqual((found["EAX"]["unit"], found["EAX"]["u"], found["EAX"]["rows"][0]), ("rad", None, [0, 1e-6, 1e-6]))
+        path = json.loads(self.run_volume("circle", self.ballbar("CCW", lost=0.01), "--json"))["paths"][0]
+        self.assertEqual((path["clockwise"], len(path["points"])), (False, 720))
+        self.assertAlmostEqual(max(deviation for _angle, deviation in path["points"]), 0.005, 3)
+
     def test_wrong_questions_are_refused(self):
         for option, value, reason in (
             ("--tilt", "EC0W=1urad,u=1urad", "--tilt: 'EC0W' names an axis that the chain does not have"),

@@ -147,32 +147,37 @@ const Subject pid{"pid",
                   {{"command", "slow"}, {"feedback", "steps"}},
                   "output"};
 
-// One update() of the subject as a multiple of one of pid. Both, and the thread without either, take turns.
-void beside_pid(benchmark::State& state, const Subject& subject) try {
+// One update() of the subject as a multiple of one of another. Both, and the thread without either, take turns.
+void beside(benchmark::State& state, const Subject& subject, const Subject& other,
+            const std::string& name) try {
     const auto without = host_with(commands_of(nullptr));
-    const auto with_pid = host_with(commands_of(&pid));
+    const auto with_other = host_with(commands_of(&other));
     const auto with_subject = host_with(commands_of(&subject));
     constexpr double turn = 20;  // simulated seconds
-    std::vector<double> pids;
+    std::vector<double> others;
     std::vector<double> subjects;
     std::vector<double> ratios;
     for (auto _ : state) {
         const double empty = nanoseconds_per_period(*without, turn);
-        pids.push_back((nanoseconds_per_period(*with_pid, turn) - empty) / instances);
+        others.push_back((nanoseconds_per_period(*with_other, turn) - empty) / instances);
         subjects.push_back((nanoseconds_per_period(*with_subject, turn) - empty) / instances);
-        ratios.push_back(subjects.back() / pids.back());
+        ratios.push_back(subjects.back() / others.back());
         state.SetIterationTime(subjects.back() * 1e-9);
     }
-    for (const auto& [client, timed] : {std::pair{with_pid.get(), &pid}, {with_subject.get(), &subject}})
+    for (const auto& [client, timed] : {std::pair{with_other.get(), &other}, {with_subject.get(), &subject}})
         if (client->get("it-0." + timed->alive) == 0)
             throw std::runtime_error("it-0." + timed->alive + " is 0: it was not at work");
     state.counters["ns"] = quantile(subjects, 0.5);
-    state.counters["pid_ns"] = quantile(pids, 0.5);
+    state.counters[name + "_ns"] = quantile(others, 0.5);
     state.counters["ratio"] = quantile(ratios, 0.5);
     state.counters["ratio_p10"] = quantile(ratios, 0.1);
     state.counters["ratio_p90"] = quantile(ratios, 0.9);
 } catch (const std::runtime_error& error) {
     state.SkipWithError(error.what());
+}
+
+void beside_pid(benchmark::State& state, const Subject& subject) {
+    beside(state, subject, pid, "pid");
 }
 
 void thermal_displacement_beside_pid(benchmark::State& state) {
@@ -366,9 +371,10 @@ void contouring_squareness_beside_pid(benchmark::State& state) {
 
 // All six errors of all four axes, each at 101 places, beside the tilts; with `directed` each in both
 // directions.
-void with_tables_beside_pid(benchmark::State& state, Subject subject, bool directed = false) {
-    const auto path = std::filesystem::temp_directory_path() / "plumb_speed_benchmark_tables.csv";
-    {
+struct Tables {
+    explicit Tables(bool directed = false)
+        : path(std::filesystem::temp_directory_path() /
+               (directed ? "plumb_speed_benchmark_directions.csv" : "plumb_speed_benchmark_tables.csv")) {
         std::ofstream file(path);
         for (const char axis : {'X', 'Y', 'Z', 'W'}) {
             file << axis;
@@ -387,25 +393,39 @@ void with_tables_beside_pid(benchmark::State& state, Subject subject, bool direc
         }
         file << "# end, " << 4 * 101 << " rows\n";
     }
-    subject.options.emplace_back("table", path.string());
-    beside_pid(state, subject);
-    std::filesystem::remove(path);
-}
+    ~Tables() { std::filesystem::remove(path); }
+
+    Subject of(Subject subject) const {
+        subject.options.emplace_back("table", path.string());
+        return subject;
+    }
+
+    std::filesystem::path path;
+};
 
 void squareness_with_tables_beside_pid(benchmark::State& state) {
-    with_tables_beside_pid(state, squareness());
+    const Tables tables;
+    beside_pid(state, tables.of(squareness()));
 }
 
 void squareness_with_directions_beside_pid(benchmark::State& state) {
-    with_tables_beside_pid(state, squareness(), true);
+    const Tables tables(true);
+    beside_pid(state, tables.of(squareness()));
+}
+
+void squareness_with_directions_beside_tables(benchmark::State& state) {
+    const Tables tables, directions(true);
+    beside(state, directions.of(squareness()), tables.of(squareness()), "tables");
 }
 
 void drifting_squareness_with_tables_beside_pid(benchmark::State& state) {
-    with_tables_beside_pid(state, drifting(squareness()));
+    const Tables tables;
+    beside_pid(state, tables.of(drifting(squareness())));
 }
 
 void contouring_squareness_with_tables_beside_pid(benchmark::State& state) {
-    with_tables_beside_pid(state, contouring(squareness()));
+    const Tables tables;
+    beside_pid(state, tables.of(contouring(squareness())));
 }
 
 // A stroke with two sections, jerk limited. Without learning: no axis is measured here.
@@ -495,6 +515,7 @@ BENCHMARK(drifting_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(contouring_squareness_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(squareness_with_directions_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(squareness_with_directions_beside_tables)->UseManualTime()->Iterations(40);
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(contouring_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);

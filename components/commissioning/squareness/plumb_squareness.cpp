@@ -20,6 +20,7 @@
 #include "components/commissioning/squareness/squareness_wording.hpp"
 #include "components/io/files/error_table_file.hpp"
 #include "components/io/files/error_table_seal.hpp"
+#include "components/io/files/ini_compensation.hpp"
 #include "hal/command_line.hpp"
 #include "hal/markup.hpp"
 #include "hal/program_end.hpp"
@@ -185,9 +186,40 @@ void print_test_moves(bool inch, const SquarenessAdvice& advice) {
     for (const std::string& text : advice.unseen) paragraph(text, "  ");
 }
 
+// The beam of a gantry as homed is a lean of the axis along it; the motors can turn it square instead.
+void print_gantry(const SquarenessOptions& options, const SquarenessAdvice& advice) {
+    const auto& [drive, across, first, second] = *options.gantry;
+    const int rotation = 3 - direction(drive) - direction(across);
+    const int sign = (direction(drive) - direction(across) + 3) % 3 == 1 ? 1 : -1;
+    const std::string beam = squareness_name(across, rotation);
+    std::cout << "\nThe beam along " << letter(across) << ", on two motors of " << letter(drive) << '\n';
+    const auto its = std::find_if(advice.settled.begin(), advice.settled.end(),
+                                  [&](const auto& q) { return q.is_of(across, rotation); });
+    if (its == advice.settled.end()) {
+        paragraph("The beam is " + beam + ", which was not measured. With --datum " + letters(drive) + ',' +
+                      letters(across) + " a square shows it.",
+                  "  ");
+        return;
+    }
+    const double unit = options.machine.inch ? 25.4 : 1, change = sign * its->angle * (second - first) / unit;
+    paragraph("Add " + formatted("%+.*f", options.machine.inch ? 5 : 4, change) +
+                  (its->uncertainty ? formatted(" +- %.*f (k=2)", options.machine.inch ? 5 : 4,
+                                                2 * *its->uncertainty * (second - first) / unit)
+                                    : " +- unknown") +
+                  (options.machine.inch ? " in" : " mm") + " to HOME_OFFSET of the joint at " + letters(across) +
+                  formatted(" %g", second / unit) + ", home again, and leave " + beam +
+                  " at 0. Or set " + beam + " as below, and leave HOME_OFFSET. Never do both.",
+              "  ");
+    paragraph("Not seen: the scatter of the home switches, a beam that turns along " + letters(drive) +
+                  ", and the force in a beam that is turned: an error of 100 um on 20 N/um is 2 kN.",
+              "  ");
+}
+
 // Throws std::runtime_error with file, line and reason.
-void print_tables(const std::vector<std::string>& files) {
-    const ErrorTableFiles read = read_error_tables({files.begin(), files.end()});
+void print_tables(const SquarenessOptions& options) {
+    const ErrorTableFiles read = read_error_tables({options.tables.begin(), options.tables.end()});
+    for (const auto& [axis, table] : read.tables)
+        if (!options.ini.empty() && table.scale_measured()) IniCompensation(options.ini).refuse(axis);
     const auto stated = [](const std::string& fact) { return fact.empty() ? "not stated" : fact; };
     for (const error_table_file::Facts& its : read.files)
         std::cout << its.file << "\n  axes         " << its.axes << "\n  rows         " << its.rows
@@ -247,7 +279,7 @@ int squareness(const SquarenessOptions& arguments) {
     if (!options.tables.empty()) {
         if (options.seal)
             for (const std::string& file : options.tables) seal_error_table(file);
-        print_tables(options.tables);
+        print_tables(options);
         return 0;
     }
     std::vector<SquarenessOptions::Measured> measured = options.measured;
@@ -269,6 +301,7 @@ int squareness(const SquarenessOptions& arguments) {
     if (!measured.empty()) print_measured(machine, measured);
     print_quantities(advice.quantities);
     print_corners(machine, advice);
+    if (options.gantry) print_gantry(options, advice);
     print_hal(options.instance, advice);
     print_test_moves(machine.inch, advice);
     for (const std::string& note : advice.notes) {

@@ -230,6 +230,22 @@ std::vector<Axis> order_of(const std::string& text, const AxisChain& chain) {
     return order;
 }
 
+// Y=0:1200
+SquarenessOptions::Gantry gantry_of(const std::string& text, const AxisChain& chain) {
+    const std::size_t equals = text.find('='), colon = text.find(':');
+    if (equals == std::string::npos || colon == std::string::npos || colon < equals)
+        refuse("has no form as Y=0mm:1200mm");
+    const Axis drive = axis_of(text.substr(0, equals), chain);
+    const Axis* const end = chain.tool.end();
+    const Axis* const its = std::find(chain.tool.begin(), end, drive);
+    const Axis* const across = its == end ? end : std::find_if(its + 1, end, [&](Axis a) { return !parallel(a, drive); });
+    if (across == end) refuse("names an axis that carries no beam on the tool's side of the chain");
+    SquarenessOptions::Gantry result{drive, *across, length_of(text.substr(equals + 1, colon - equals - 1)),
+                                     length_of(text.substr(colon + 1))};
+    if (!(result.second - result.first >= 10)) refuse("has motors that are less than 10 mm apart, or in the wrong order");
+    return result;
+}
+
 // Turns an error of a text into an error of the command line.
 template <class Read>
 void read(const std::string& where, const std::string& text, Read read_text) {
@@ -397,6 +413,9 @@ void take_squareness(const SquarenessGiven& given, SquarenessOptions& options) {
     read(given.chain.where, "", [&] { read_chain(given.chain.text, machine); });
     read(given.datum.where, given.datum.text,
          [&] { machine.order = order_of(given.datum.text, machine.chain); });
+    if (!given.gantry.text.empty())
+        read(given.gantry.where, given.gantry.text,
+             [&] { options.gantry = gantry_of(given.gantry.text, machine.chain); });
     read(given.travel.where, given.travel.text, [&] {
         machine.travel =
             given.travel.text.empty() ? (machine.inch ? 12 * 25.4 : 300) : length_of(given.travel.text);
@@ -473,6 +492,11 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
                     "against it, and so on. By default X,Y,Z and the parallel axis: squareness of Y to X is "
                     "EC0Y. Only measurements use it.")
         ->type_name("AXIS,...");
+    command
+        .add_option("--gantry", arguments->given.gantry.text,
+                    "A beam on two motors of an axis, and their places along the beam: Y=0mm:1200mm. Prints "
+                    "the change of HOME_OFFSET that makes the beam square.")
+        ->type_name("AXIS=FIRST:SECOND");
     const auto choice = [&](const std::string& name, auto& target, const auto& values,
                             const std::string& type, const std::string& text) {
         command
@@ -540,6 +564,12 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     command
         .add_flag("--seal", options.seal,
                   "Writes the seal of the present content into each file of --table. Check the file before.")
+        ->needs(table);
+    command
+        .add_option("--ini", options.ini,
+                    "Refuses a table with the scale of an axis that this INI file of LinuxCNC compensates by "
+                    "BACKLASH or COMP_FILE.")
+        ->type_name("FILE")
         ->needs(table);
     for (CLI::Option* const other : command.get_options())
         if (other != input && !other->get_lnames().empty()) {

@@ -4,6 +4,7 @@
 
 #include <CLI/App.hpp>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,12 +30,20 @@ struct SquarenessOptions {
         std::string own;    // text of the artifact's own uncertainty: an angle, or a length for a ring
     };
 
+    // A beam on two motors, of the axis `drive`, at two places along the axis `across` that it carries.
+    struct Gantry {
+        Axis drive, across;
+        double first, second;  // mm
+    };
+
     SquarenessGiven given;
+    std::optional<Gantry> gantry;
     TiltedMachine machine;  // without measurements
     std::string instance = "square";
     std::vector<Measured> measured;
     std::vector<Points> points;
     std::vector<std::string> tables;  // files to be checked, and nothing else
+    std::string ini;                  // of LinuxCNC, which must not compensate the same axes
     bool seal = false;                // writes their seals
     bool json = false;                // for a screen
     std::string input;                // a document that describes the machine in the place of options

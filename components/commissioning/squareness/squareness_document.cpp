@@ -144,10 +144,17 @@ std::string squareness_document(const SquarenessOptions& options, const TiltedMa
                 {"directions", options.directions.text()},
                 {"quantities", quantities_json(advice.quantities)},
                 {"settled", quantities_json(advice.settled)},
+                {"deviations", Json::array()},
                 {"settings", Json::array()},
                 {"moves", Json::array()},
                 {"unseen", advice.unseen},
                 {"notes", advice.notes}};
+    for (const auto& cause : advice.deviations) {
+        Json its = Json::object();
+        for (const SquarenessQuantity& q : cause)
+            if (q.angle != 0) its[squareness_name(q.axis, q.rotation)] = q.angle;
+        result["deviations"].push_back(its);
+    }
     for (const auto* branch : {&machine.chain.work, &machine.chain.tool}) {
         std::string axes;
         for (const Axis axis : *branch) axes += letter(axis);

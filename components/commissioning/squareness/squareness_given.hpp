@@ -29,6 +29,7 @@ struct SquarenessGiven {
 
     Text chain{"--chain", "w-X-Y.b-Z-C-t"};
     Text datum{"--datum", ""};
+    Text gantry{"--gantry", ""};
     Text travel{"--travel", ""};
     Text directions{"--directions", ""};
     std::vector<Angle> leans, quantities, in_force;

@@ -44,6 +44,10 @@ angles, and an angle can follow from two measurements.
 A square shows the corner between two axes, not which of them leans. Where Y carries X, as on the table of w-X-Y.b-Z-C-t,
 the corner stays as it is when Y leans. So give the reading of a square or of diagonals as a measurement, not by --lean.
 
+A beam on two motors, as X on Y in w.b-Y-X-Z-t, leans by itself, and the rails of Y keep their direction: measure with
+--datum Y,X. It is EC0X then; EC0Y would correct nothing of it. --gantry Y=0mm:1200mm gives the change of HOME_OFFSET that
+turns the beam square by its motors.
+
 These fields are common to all measurements:
 
   u=LENGTH         standard uncertainty of a single reading; U is twice u
@@ -172,7 +176,11 @@ A damaged digit of an unsealed table moves the axes unseen. Seal each table:
 This writes a checksum of the whole file into its last line. From then on, a changed or damaged file is refused. After you change
 the file, check it, and seal it again. An editor may change the line ends and add or remove empty lines;
 any other change, also of a remark, breaks the seal. --seal removes blanks at the ends of lines and a former checksum in the
-head, and keeps owner and permissions of the file.)"},
+head, and keeps owner and permissions of the file.
+
+BACKLASH and COMP_FILE of LinuxCNC correct the scale of an axis, too. Check that no table repeats them:
+
+  plumb squareness --table errors.csv --ini my.ini)"},
          {"EXIT STATUS",
           R"(0 after success; 1 if a file is refused, or a measurement contradicts a given tilt; 2 for a wrong command line.)"},
          {"EXAMPLES",

@@ -22,6 +22,7 @@
 #include "components/io/files/comp_file.hpp"
 #include "components/io/files/ini_compensation.hpp"
 #include "components/io/files/rtl_file.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "components/math/geometry/box_diagonals.hpp"
 #include "components/math/geometry/circle_test.hpp"
 #include "components/math/geometry/straightedge.hpp"
@@ -107,7 +108,7 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
 
 int reversal(const ReversalOptions& its) {
     check_axis(its.axis);
-    if (!its.ini.empty()) refuse_compensated(its.ini, its.axis[0]);
+    if (!its.ini.empty()) IniCompensation(its.ini).refuse(its.axis[0]);
     const std::vector<BothWays> places =
         its.recording ? read_recording(its.file, its.places, 0.002) : read_readings(its.file);
     ReversalResult result;
@@ -148,7 +149,10 @@ int reversal(const ReversalOptions& its) {
         say("Test move: with the table in force, move " + its.axis +
             " to a place from either side. The indicator reads the same within U.");
     }
-    if (!table.empty()) put(its.output, table);
+    if (!table.empty() && its.json)
+        write_file(its.output, table);
+    else if (!table.empty())
+        put(its.output, table);
     return 0;
 }
 
@@ -198,6 +202,15 @@ int circle(const CircleOptions& its) {
                      {"G_b", r.g_both},
                      {"F_most", r.f_most},
                      {"F_least", r.f_least}});
+        for (const CircularPath& path : paths) {  // deg, and mm beyond the nominal circle about its own centre
+            nlohmann::ordered_json points;
+            for (std::size_t i = 0; i < path.angles.size(); ++i) {
+                const double t = path.angles[i];
+                points.push_back({t * 180 / pi, path.radii[i] - first.radius - r.centre_a * std::cos(t) -
+                                                    r.centre_b * std::sin(t)});
+            }
+            json["paths"].push_back({{"clockwise", path.clockwise}, {"points", points}});
+        }
         std::cout << json.dump(1) << '\n';
         return 0;
     }
@@ -399,6 +412,52 @@ int export_to(const FileOptions& its) {
 
 // --- uncertainty ---
 
+// Of each error: its unit, u, and rows of position, and of the error after motion to the + and to the - end.
+nlohmann::ordered_json table_json(const UncertainTable& table) {
+    nlohmann::ordered_json json;
+    for (const std::string& column : table.columns) {
+        if (column.back() == '-') continue;
+        const std::string error = column.substr(0, 3);
+        const bool directed = column.size() == 4;
+        const std::size_t e = error_index(error);
+        nlohmann::ordered_json rows;
+        for (std::size_t i = 0; i < table.mean.size(); ++i) {
+            const double mean = table.mean[i].errors[e], half = directed ? table.half[i].errors[e] : 0;
+            rows.push_back({table.mean[i].position, mean + half, mean - half});
+        }
+        const auto u = table.u.find(directed && table.u.count(error) == 0 ? column : error);
+        json[error] = {{"unit", e < 3 ? "mm" : "rad"},
+                       {"directed", directed},
+                       {"u", u == table.u.end() ? nlohmann::ordered_json() : nlohmann::ordered_json(u->second)},
+                       {"rows", rows}};
+    }
+    return json;
+}
+
+void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
+    std::cout << "\nBody diagonals, as predicted   length mm  before um  after um    U um\n";
+    for (const DiagonalState& one : all)
+        std::cout << formatted("  %-28s%10.1f%11.2f%10.2f%8s\n", one.name.c_str(), one.length,
+                               one.end.without * 1000, one.end.rest * 1000,
+                               known ? formatted("%.2f", one.end.U * 1000).c_str() : "?");
+    for (const DiagonalState& one : all) {
+        if (one.steps.empty()) continue;
+        std::cout << "\nSteps along " << one.name << "   at mm  measured um  before um  after um    U um\n";
+        std::size_t before = 0, after = 0;
+        for (const auto& [distance, measured, predicted] : one.steps) {
+            std::cout << formatted("%24.1f%13.2f%11.2f%10.2f%8.2f\n", distance, measured * 1000,
+                                   predicted.without * 1000, predicted.rest * 1000, predicted.U * 1000);
+            before += std::abs(measured - predicted.without) <= predicted.U;
+            after += std::abs(measured - predicted.rest) <= predicted.U;
+        }
+        say("The steps fit the machine without correction at " + std::to_string(before) +
+            " and with correction at " + std::to_string(after) + " of " + std::to_string(one.steps.size()) +
+            " places, within U. The laser's own uncertainty is not in this U. Not seen: errors across the "
+            "diagonal. The alignment of laser and mirror enters, so steps check a table, and never fill one.");
+    }
+    std::cout << '\n';
+}
+
 int uncertainty(const VolumeOptions& its) {
     const VolumeQuestion question = question_of(its);
     const VolumeUncertainty r = uncertainty_of(question.measured, question.reference, question.places,
@@ -408,6 +467,7 @@ int uncertainty(const VolumeOptions& its) {
     double rest = 0;
     for (const PlaceUncertainty& one : r.places) rest = std::max(rest, one.rest.norm());
     const bool known = question.without.empty();
+    const std::vector<DiagonalState> diagonals = diagonals_of(question, its);
     if (its.json) {
         nlohmann::ordered_json json = {
             {"draws", its.draws},
@@ -416,6 +476,7 @@ int uncertainty(const VolumeOptions& its) {
             {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
             {"over", worst.distance},
             {"tool", place.name},
+            {"worst_at", {place.position[0], place.position[1], place.position[2]}},
             {"without_u", question.without}};
         for (std::size_t i = 0; i < r.places.size(); ++i) {
             const auto& q = question.places[i].position;
@@ -428,6 +489,30 @@ int uncertainty(const VolumeOptions& its) {
         }
         for (const Share& share : r.shares)
             json["shares"].push_back({{"of", share.name}, {"part", share.part}});
+        for (const DiagonalState& one : diagonals) {
+            nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+            for (const auto& step : one.steps)
+                steps.push_back({{"distance", step.distance},
+                                 {"measured", step.measured},
+                                 {"without", step.predicted.without},
+                                 {"rest", step.predicted.rest},
+                                 {"U", step.predicted.U}});
+            json["diagonals"].push_back({{"name", one.name},
+                                         {"length", one.length},
+                                         {"without", one.end.without},
+                                         {"rest", one.end.rest},
+                                         {"U", known ? nlohmann::ordered_json(one.end.U) : nullptr},
+                                         {"steps", steps}});
+        }
+        json["tables"] = nlohmann::ordered_json::object();
+        for (const UncertainTable& table : question.tables) json["tables"][std::string(1, table.axis)] = table_json(table);
+        json["notes"] = nlohmann::ordered_json::array();
+        for (const VolumeQuestion::Note& note : question.notes)
+            json["notes"].push_back({{"kind", note.kind},
+                                     {"of", note.of},
+                                     {"first", note.first},
+                                     {"second", note.second},
+                                     {"text", note.text}});
         std::cout << json.dump(1) << '\n';
         return 0;
     }
@@ -443,7 +528,7 @@ int uncertainty(const VolumeOptions& its) {
     for (const Share& share : r.shares)
         if (share.part >= 0.005)
             std::cout << formatted("  %-28s%4.0f %%\n", share.name.c_str(), 100 * share.part);
-    std::cout << '\n';
+    print_diagonals(diagonals, known);
     const std::string at = formatted("worst at X %.0f Y %.0f Z %.0f with %s", place.position[0],
                                      place.position[1], place.position[2], place.name.c_str());
     if (known)
@@ -458,7 +543,7 @@ int uncertainty(const VolumeOptions& its) {
         say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
             " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at +
             '.');
-    for (const std::string& note : question.notes) say(note);
+    for (const VolumeQuestion::Note& note : question.notes) say(note.text);
     say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of "
         "the work, contour "
         "error.");
@@ -559,11 +644,16 @@ static int carry_out(int argc, char** argv) {
                      "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
     sure->add_option("--tool", v.tools,
                      "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
-    sure->add_option("--tilt", v.tilts, "A tilt in force, as EC0Y=-80urad,u=4urad. May be given many times.");
+    sure->add_option("--tilt", v.tilts, "A tilt in force, as EC0Y=-80urad,u=4urad,drift=2urad,date=2026-11-20; drift is u for a year. "
+                     "May be given many times.");
     sure->add_option("--common", v.commons, "One cause of several angles, as NAME,EC0Y=1,EC0X=0.5,u=3urad.");
     sure->add_option("--table", v.tables, "A table in force. May be given many times.");
     sure->add_option("--repeatability", v.repeatability, "Of an axis, as X=0.5um. May be given many times.");
     sure->add_option("--tool-u", v.tool_u, "Standard uncertainty of the length of the tool.");
+    sure->add_option("--pivot", v.pivots, "Pivot of an axis, as Y=300. May be given many times.");
+    sure->add_option("--today", v.today, "Date, as 2026-11-26, for the age of tables; default: of the clock.");
+    sure->add_option("--temperature", v.temperature, "Temperature of the machine now, as 24degC.");
+    sure->add_option("--steps", v.steps, "Steps of a laser along a diagonal, as PPP=steps.csv. May be given many times.");
     sure->add_option("--max-correction", v.max_correction, "Bound of the correction in force, mm.");
     sure->add_option("--draws", v.draws, "Machines that are drawn.")->check(CLI::Range(100, 100000));
     sure->add_option("--seed", v.seed, "Seed of the draws.")->check(CLI::Range(0, 2147483647));

@@ -208,6 +208,22 @@ std::vector<StraightedgeRow> read_straightedge(const std::string& file) {
     return rows;
 }
 
+std::vector<DiagonalStep> read_steps(const std::string& file) {
+    const Columns columns(file);
+    const std::size_t distance = columns.column("distance"), deviation = columns.column("deviation");
+    std::vector<DiagonalStep> steps;
+    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+        steps.push_back({columns.value(i, distance), columns.value(i, deviation)});
+        if (!(std::abs(steps[i].deviation) <= 10))
+            columns.refuse(columns.lines[i], "column deviation: " + csv::decimal(steps[i].deviation) +
+                                                 " is beyond 10 mm; is it in mm?");
+        if (!(steps[i].distance > (i == 0 ? 0 : steps[i - 1].distance)))
+            columns.refuse(columns.lines[i], "column distance: " + csv::decimal(steps[i].distance) +
+                                                 " does not rise");
+    }
+    return steps;
+}
+
 namespace {
 
 constexpr std::string_view axes = "XYZUVW";
@@ -216,7 +232,7 @@ constexpr std::string_view axes = "XYZUVW";
 void read_u(UncertainTable& table, const std::string& file, const std::string& name, std::string_view text) {
     const auto refuse = [&](std::string_view what) {
         throw std::runtime_error(file + ": " + name + ": " + csv::quoted(what) + " is none as EXX 0.3e-3" +
-                                 (name == "u-common" ? " or EXX 1e-6 per X" : ""));
+                                 (name == "u" ? "" : " or EXX 1e-6 per X"));
     };
     for (const std::string_view entry : csv::split_at_commas(text)) {
         const std::size_t blank = entry.find(' ');
@@ -225,7 +241,7 @@ void read_u(UncertainTable& table, const std::string& file, const std::string& n
         std::string_view rest = csv::trimmed(entry.substr(blank));
         bool per = false;
         const std::size_t word = rest.find(" per ");
-        if (word != std::string_view::npos && name == "u-common") {
+        if (word != std::string_view::npos && name != "u") {
             if (rest.substr(word + 5) != std::string_view(&error[2], 1)) refuse(entry);
             per = true;
             rest = csv::trimmed(rest.substr(0, word));
@@ -236,8 +252,15 @@ void read_u(UncertainTable& table, const std::string& file, const std::string& n
         if (name == "u")
             table.u[error] = *value;
         else
-            table.common[error] = {*value, per};
+            (name == "drift" ? table.drift : table.common)[error] = {*value, per};
     }
+}
+
+// The number before a unit, as 365 of "365 d".
+std::optional<double> quantity(std::string_view text, std::string_view unit) {
+    const std::size_t end = text.size() > unit.size() ? text.size() - unit.size() : 0;
+    const auto value = csv::number(csv::trimmed(text.substr(0, end)));
+    return value && text.substr(end) == unit && std::abs(*value) <= 1e5 ? value : std::nullopt;
 }
 
 }  // namespace
@@ -250,6 +273,8 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
         const direction_rows::Lines lines(file, text);
         std::vector<std::pair<std::string, std::string>> heads;
         std::string date;
+        double valid_for = UncertainTable{}.valid_for;
+        std::optional<double> temperature;
         std::vector<std::string> names;
         const std::size_t first = tables.size();
         for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -258,9 +283,15 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
                 const std::string_view words = csv::trimmed(lines[i].substr(1));
                 const std::size_t colon = words.find(':');
                 const std::string name(words.substr(0, std::min(colon, words.size())));
-                if (name == "u" || name == "u-common")
+                if (name == "u" || name == "u-common" || name == "drift")
                     heads.emplace_back(name, csv::trimmed(words.substr(colon + 1)));
                 if (name == "date") date = csv::trimmed(words.substr(colon + 1));
+                if (name == "temperature")  // its text is free
+                    temperature = quantity(csv::trimmed(words.substr(colon + 1)), "degC");
+                if (name != "valid-for") continue;
+                const auto days = quantity(csv::trimmed(words.substr(colon + 1)), "d");
+                if (!days || !(*days > 0)) lines.refuse(i, "valid-for has no form as 365 d");
+                valid_for = *days;
                 continue;
             }
             const auto fields = csv::split_at_commas(lines[i]);
@@ -284,9 +315,7 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
                     mean.position = half.position = value;
                     continue;
                 }
-                const auto error = std::string("XYZ").find(names[k][1]) != std::string::npos
-                                       ? static_cast<std::size_t>(names[k][1] - 'X')
-                                       : static_cast<std::size_t>(names[k][1] - 'A') + 3;
+                const std::size_t error = error_index(names[k]);
                 const char last = names[k].back();
                 const bool its = names[k].size() == 4;
                 directed |= its;
@@ -297,7 +326,10 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
             if (directed) tables.back().half.push_back(half);
         }
         for (std::size_t i = first; i < tables.size(); ++i) {
+            tables[i].file = file;
             tables[i].date = date;
+            tables[i].valid_for = valid_for;
+            tables[i].temperature = temperature;
             for (const auto& [name, value] : heads) read_u(tables[i], file, name, value);
         }
     }
@@ -311,9 +343,7 @@ TableError read_table_error(const std::string& file, const std::string& error) {
         const bool given = std::any_of(table.columns.begin(), table.columns.end(),
                                        [&](const std::string& name) { return name.substr(0, 3) == error; });
         if (!given) break;
-        const auto k = std::string("XYZ").find(error[1]) != std::string::npos
-                           ? static_cast<std::size_t>(error[1] - 'X')
-                           : static_cast<std::size_t>(error[1] - 'A') + 3;
+        const std::size_t k = error_index(error);
         TableError result{table.axis, {}};
         for (std::size_t i = 0; i < table.mean.size(); ++i) {
             const double mean = table.mean[i].errors[k],

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,12 @@ struct StraightedgeRow {
 };
 std::vector<StraightedgeRow> read_straightedge(const std::string& file);
 
+// EXX is 0, and ECX is 5.
+inline std::size_t error_index(const std::string& error) {
+    return error[1] >= 'X' ? static_cast<std::size_t>(error[1] - 'X')
+                           : static_cast<std::size_t>(error[1] - 'A') + 3;
+}
+
 // A table with the uncertainties that its head states.
 struct UncertainTable {
     char axis = 0;
@@ -46,9 +53,18 @@ struct UncertainTable {
         bool per_position = false;  // per mm of the position
     };
     std::map<std::string, Common> common;
-    std::string date;
+    std::map<std::string, Common> drift;  // of all rows together, in a year
+    std::string file, date;
+    double valid_for = 365;             // days
+    std::optional<double> temperature;  // degC
 };
 std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files);
+
+// Columns distance and deviation in mm, along a diagonal from its begin.
+struct DiagonalStep {
+    double distance, deviation;
+};
+std::vector<DiagonalStep> read_steps(const std::string& file);
 
 // One error of the only table of a file.
 struct TableError {

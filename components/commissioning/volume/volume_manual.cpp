@@ -42,7 +42,7 @@ head:
   # object: part
   angle,radius
 
-The unit of feed is mm/min. It prints G of each direction, G(b) and F, and the opening of the corner, the difference of the
+The unit of feed is mm/min. For the panel, # correction: off or on says whether squareness corrected this path. It prints G of each direction, G(b) and F, and the opening of the corner, the difference of the
 scales, lost motion, play across and the difference of the servo lags. One direction alone gives opening and lag as one sum.)"},
          {"DIAGONALS",
           R"(plumb volume diagonals --box 800,600,500 --deviations 3um,-5um,2um,1um --u 1um reads the four body diagonals after
@@ -77,7 +77,22 @@ all rows together, per mm of the position or constant:
   # u-common: EXX 0.8e-6 per X
 
 EXX+ in the head is half of the difference by direction. A cause without u gives "+- unknown", never 0. 2,000 machines are drawn;
---seed and --draws change that.)"},
+--seed and --draws change that.
+
+A measurement ages. The head of a table may state its date, how long it is valid, and the standard uncertainty that a year adds:
+
+  # date: 2026-11-20
+  # temperature: 20.1 degC
+  # valid-for: 365 d
+  # drift: EXX 2e-6 per X
+
+An older table is named, and without a drift the uncertainty is unknown. Without a date, or if the clock is not set, valid-for
+counts as the age. --tilt takes drift=2urad and date=2026-11-20. With --temperature 26degC a table that was measured more than 5 K
+off is named, and the growth of a steel screw, 11.5 um/m for each K, is added. --pivot Y=300 is the pivot in force.
+
+The report ends with the four body diagonals, before and after correction, as predicted. --steps PPP=steps.csv compares the
+steps of a laser along a diagonal with the prediction: columns distance,deviation in mm, measured minus nominal. Steps check the
+tables, and never fill one: the alignment of laser and mirror enters. They do not see errors across the diagonal.)"},
          {"EXIT STATUS", R"(0 after success; 1 if a file or value is refused; 2 for a wrong command line.)"},
          {"LIMITS",
           R"(Uncorrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of the work, contour

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -18,11 +22,6 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& option, std::string_view text, const std::string& why) {
     throw std::invalid_argument(option + ": " + csv::quoted(text) + ' ' + why);
-}
-
-std::size_t error_index(const std::string& error) {
-    return error[1] >= 'X' ? static_cast<std::size_t>(error[1] - 'X')
-                           : static_cast<std::size_t>(error[1] - 'A') + 3;
 }
 
 // The coordinate of an axis of the chain.
@@ -59,6 +58,72 @@ std::pair<std::string, std::string> halves(const std::string& option, std::strin
             std::string(csv::trimmed(text.substr(equals + 1)))};
 }
 
+// Days since 1970 of a date as 2026-11-20; none if it is no date.
+std::optional<int> days_of(std::string_view date) {
+    int y = 0, m = 0, d = 0;
+    char rest = 0;
+    if (std::sscanf(std::string(date).c_str(), "%4d-%2d-%2d%c", &y, &m, &d, &rest) != 3 || y < 1970 || m < 1 ||
+        m > 12 || d < 1 || d > 31)
+        return {};
+    y -= m <= 2;  // of years that begin in March
+    const int in_era = y % 400, day = (153 * (m > 2 ? m - 3 : m + 9) + 2) / 5 + d - 1;
+    return y / 400 * 146097 + in_era * 365 + in_era / 4 - in_era / 100 + day - 719468;
+}
+
+constexpr double year = 365.25;        // days
+constexpr double allowed_kelvin = 5;   // K, between measurement and use
+constexpr double steel = 11.5e-6;      // 1/K, of a screw
+
+// The age in days of a measurement; none if it has no date, or the clock is not set.
+std::optional<double> age_of(const VolumeOptions& options, const std::string& date) {
+    const auto then = days_of(date);
+    std::optional<int> now;
+    if (options.today.empty()) {
+        now = static_cast<int>(std::time(nullptr) / 86400);
+        if (*now < days_of("2025-01-01")) now.reset();
+    } else {
+        now = days_of(options.today);
+        if (!now) refuse("--today", options.today, "is no date, as 2026-11-26");
+    }
+    if (!then || !now || *now < *then) return {};
+    return *now - *then;
+}
+
+// What was measured once drifts, and was measured at another temperature. `add` adds a common cause by its
+// standard uncertainty: a constant, and one per mm of the position.
+void add_age(const VolumeOptions& options, const UncertainTable& table, VolumeQuestion& q,
+             const std::function<void(const std::string& name, const std::string& error, double, double)>& add) {
+    const std::string letter(1, table.axis), its = "The table of " + letter + " in " + table.file;
+    const std::optional<double> age = age_of(options, table.date);
+    const double counted = age ? *age : table.valid_for;
+    const bool old = age && *age > table.valid_for;
+    if (!age && (!table.drift.empty() || !table.date.empty()))
+        q.notes.push_back({"age-unknown", letter, table.valid_for, 0,
+                           its + (table.date.empty() ? " has no date" : " is of " + table.date + ", and the clock shows no later date") +
+                               ": its age is unknown, and counts as " + csv::decimal(table.valid_for) + " days."});
+    if (old)
+        q.notes.push_back({"old", letter, *age, table.valid_for,
+                           its + " is " + csv::decimal(*age) + " days old, and valid for " +
+                               csv::decimal(table.valid_for) + ": measure again."});
+    for (const auto& [error, drift] : table.drift) {
+        const double u = drift.value * counted / year;
+        add("drift of " + error, error, drift.per_position ? 0 : u, drift.per_position ? u : 0);
+    }
+    if (old && table.drift.empty()) q.without.push_back("drift of " + letter);
+    if (options.temperature.empty() || !table.temperature) return;
+    std::string_view text = options.temperature;
+    const bool named = text.size() > 4 && text.substr(text.size() - 4) == "degC";
+    const auto now = csv::number(csv::trimmed(named ? text.substr(0, text.size() - 4) : ""));
+    if (!now || !(*now > -50 && *now < 100)) refuse("--temperature", text, "has no form as 24degC");
+    const double off = *now - *table.temperature;
+    if (std::abs(off) <= allowed_kelvin) return;
+    q.notes.push_back({"temperature", letter, *table.temperature, *now,
+                       its + " was measured at " + csv::decimal(*table.temperature) + " degC, and it is " +
+                           csv::decimal(*now) + " degC: the growth of a steel screw is added. Measure again."});
+    const std::string scale = std::string("E") + "XYZ"[std::string_view("XYZUVW").find(table.axis) % 3] + letter;
+    add("temperature of " + scale, scale, 0, steel * std::abs(off));
+}
+
 // EC0Y
 UncertaintySource::Angle tilt_of(const std::string& option, const std::string& name, const AxisChain& chain) {
     if (name.size() != 4 || name[0] != 'E' || name[1] < 'A' || name[1] > 'C' || name[2] != '0')
@@ -72,6 +137,13 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
         const std::size_t axis = place_of(table.axis, m.chain.axes, "--table", std::string(1, table.axis));
         m.means[axis] = table.mean;
         m.halves[axis] = table.half;
+        q.tables.push_back(table);
+        add_age(options, table, q, [&](const std::string& name, const std::string& error, double constant, double per) {
+            UncertaintySource source{name, {}, {}};
+            for (std::size_t row = 0; row < table.mean.size(); ++row)
+                source.rows.push_back({axis, row, error_index(error), constant + per * table.mean[row].position});
+            m.sources.push_back(source);
+        });
         for (const std::string& column : table.columns) {
             if (column.back() == '-') continue;
             const bool directed = column.back() == '+';
@@ -112,14 +184,27 @@ VolumeQuestion question_of(const VolumeOptions& options) {
     m.max_correction = options.max_correction;
     if (!(m.max_correction > 0 && m.max_correction <= 100))
         refuse("--max-correction", csv::decimal(options.max_correction), "is not from 0 to 100 mm");
+    for (const std::string& text : options.pivots) {
+        const auto [key, value] = halves("--pivot", text);
+        const auto position = csv::number(value);
+        if (key.size() != 1 || !position || !(std::abs(*position) <= 1e5))
+            refuse("--pivot", text, "has no form as Y=300");
+        m.pivot[static_cast<Eigen::Index>(place_of(key[0], m.chain.axes, "--pivot", text))] = *position;
+    }
     for (const std::string& text : options.tilts) {
         std::optional<UncertaintySource::Angle> its;
         std::optional<double> u;
-        std::string name;
+        double drift = 0;
+        std::string name, date;
         for (const std::string_view field : csv::split_at_commas(text)) {
             const auto [key, value] = halves("--tilt", field);
             if (key == "u") {
                 u = std::abs(angle("--tilt", value));
+            } else if (key == "drift") {
+                drift = std::abs(angle("--tilt", value));
+            } else if (key == "date") {
+                if (!days_of(value)) refuse("--tilt", field, "is no date, as 2026-11-20");
+                date = value;
             } else {
                 its = tilt_of("--tilt", key, m.chain.axes);
                 name = key;
@@ -131,6 +216,15 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             q.without.push_back(name);
         else if (*u > 0)
             m.sources.push_back({name, {{its->axis, its->rotation, *u}}, {}});
+        const auto age = age_of(options, date);
+        if (age && *age > UncertainTable{}.valid_for)
+            q.notes.push_back({"old", name, *age, UncertainTable{}.valid_for,
+                               name + " was measured " + csv::decimal(*age) + " days ago: measure again."});
+        if (drift > 0 && !age)
+            q.notes.push_back({"age-unknown", name, UncertainTable{}.valid_for, 0,
+                               "The age of " + name + " is unknown, and counts as a year."});
+        if (drift > 0)
+            m.sources.push_back({"drift of " + name, {{its->axis, its->rotation, drift * (age ? *age / year : 1)}}, {}});
     }
     for (const std::string& text : options.commons) {
         UncertaintySource source;
@@ -173,7 +267,6 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         m.sources.push_back(source);
     }
 
-    double low[3] = {}, high[3] = {};
     bool given[3] = {};
     for (const std::string_view field : csv::split_at_commas(options.box)) {
         const auto [key, value] = halves("--box", field);
@@ -183,7 +276,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         const auto to = csv::number(colon == std::string::npos ? "" : value.substr(colon + 1));
         if (k > 2 || !from || !to || !(*to - *from >= 1) || !(std::abs(*from) <= 1e5 && std::abs(*to) <= 1e5))
             refuse("--box", field, "has no form as X=0:800");
-        low[k] = *from, high[k] = *to, given[k] = true;
+        q.low[k] = *from, q.high[k] = *to, given[k] = true;
     }
     if (!(given[0] && given[1] && given[2])) refuse("--box", options.box, "does not name X, Y and Z");
     std::vector<std::string> tools = options.tools;
@@ -203,8 +296,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         for (int x = 0; x < 3; ++x)
             for (int y = 0; y < 3; ++y)
                 for (int z = 0; z < 3; ++z) {
-                    place.position.head<3>() << low[0] + x * (high[0] - low[0]) / 2,
-                        low[1] + y * (high[1] - low[1]) / 2, low[2] + z * (high[2] - low[2]) / 2;
+                    place.position.head<3>() << q.low[0] + x * (q.high[0] - q.low[0]) / 2,
+                        q.low[1] + y * (q.high[1] - q.low[1]) / 2, q.low[2] + z * (q.high[2] - q.low[2]) / 2;
                     q.places.push_back(place);
                 }
     }
@@ -220,8 +313,56 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         }
     if (m.sources.empty() && q.without.empty()) q.without.push_back("the machine");
     for (std::size_t i = 1; i < q.without.size(); ++i)
-        q.notes.push_back("No uncertainty either: " + q.without[i] + '.');
+        q.notes.push_back({"no-u", q.without[i], 0, 0, "No uncertainty either: " + q.without[i] + '.'});
     return q;
+}
+
+std::vector<DiagonalState> diagonals_of(const VolumeQuestion& q, const VolumeOptions& options) {
+    std::map<std::string, std::vector<DiagonalStep>> steps;
+    for (const std::string& text : options.steps) {
+        const auto [name, file] = halves("--steps", text);
+        if (name != "PPP" && name != "NPP" && name != "PNP" && name != "NNP")
+            refuse("--steps", text, "has no form as PPP=steps.csv; NPP, PNP and NNP are the other diagonals");
+        steps[name] = read_steps(file);
+    }
+    std::vector<DiagonalState> result;
+    for (const char* name : {"PPP", "NPP", "PNP", "NNP"}) {
+        VolumePlace from = q.places.front();
+        Eigen::Vector3d way;
+        for (Eigen::Index i = 0; i < 3; ++i) {
+            const auto k = static_cast<std::size_t>(i);
+            const bool back = name[i] == 'N';
+            from.position[i] = back ? q.high[k] : q.low[k];
+            way[i] = back ? q.low[k] - q.high[k] : q.high[k] - q.low[k];
+        }
+        const double length = way.norm();
+        const Eigen::Vector3d along = way / length;
+        std::vector<VolumePlace> places;
+        const auto add = [&](double distance) {
+            VolumePlace place = from;
+            place.position.head<3>() += distance * along;
+            places.push_back(place);
+        };
+        for (const DiagonalStep& step : steps[name]) {
+            if (step.distance > length + 1e-3)
+                throw std::runtime_error("--steps: " + std::string(name) + " has a step at " +
+                                         csv::decimal(step.distance) + " mm, beyond the diagonal of the box");
+            add(step.distance);
+        }
+        add(length);
+        const VolumeUncertainty r =
+            uncertainty_of(q.measured, from, places, options.draws, static_cast<std::uint64_t>(options.seed));
+        const auto at = [&](std::size_t i) {
+            const PlaceUncertainty& its = r.places[i];
+            return DiagonalPoint{its.without.dot(along), its.rest.dot(along),
+                                 2 * std::sqrt(std::max(0.0, along.dot(its.covariance * along)))};
+        };
+        DiagonalState its{name, length, at(places.size() - 1), {}};
+        for (std::size_t i = 0; i + 1 < places.size(); ++i)
+            its.steps.push_back({steps[name][i].distance, steps[name][i].deviation, at(i)});
+        result.push_back(its);
+    }
+    return result;
 }
 
 std::string table_with_reversal(const std::string& file, char axis, const std::string& error,

@@ -2,9 +2,11 @@
 // The options of plumb volume uncertainty, and the question that they ask.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "components/commissioning/volume/volume_files.hpp"
 #include "components/io/files/direction_rows.hpp"
 #include "components/math/geometry/volume_uncertainty.hpp"
 
@@ -12,7 +14,8 @@ namespace plumb::commissioning {
 
 struct VolumeOptions {
     std::string chain, box, reference, tool_u;
-    std::vector<std::string> tools, tilts, commons, tables, repeatability;
+    std::string today, temperature;  // as 2026-11-26 and 24degC; none: of the clock, not known
+    std::vector<std::string> tools, tilts, commons, tables, repeatability, pivots, steps;
     double max_correction = 1;  // mm
     int draws = 2000, seed = 1;
     bool json = false;
@@ -22,9 +25,35 @@ struct VolumeQuestion {
     MeasuredVolume measured;
     VolumePlace reference;
     std::vector<VolumePlace> places;   // 27 of the box, with each tool
+    std::array<double, 3> low{}, high{};
     std::vector<std::string> without;  // causes that have no u
-    std::vector<std::string> notes;
+    struct Note {
+        std::string kind, of;             // kind: a word for a screen
+        double first = 0, second = 0;     // days or degC, as in the text
+        std::string text;
+    };
+    std::vector<Note> notes;
+    std::vector<UncertainTable> tables;
 };
+
+// A length along a body diagonal less its nominal one, in mm: predicted from what was measured.
+struct DiagonalPoint {
+    double without = 0, rest = 0;  // before and after correction
+    double U = 0;                  // of both
+};
+struct DiagonalState {
+    std::string name;  // PPP: all axes go to their + end; NPP: X goes to its - end
+    double length = 0;
+    DiagonalPoint end;
+    struct Step {
+        double distance, measured;
+        DiagonalPoint predicted;
+    };
+    std::vector<Step> steps;
+};
+
+// The body diagonals of the box, with the first tool.
+std::vector<DiagonalState> diagonals_of(const VolumeQuestion& question, const VolumeOptions& options);
 
 // Throws std::invalid_argument or std::runtime_error with the option or file and the reason.
 VolumeQuestion question_of(const VolumeOptions& options);

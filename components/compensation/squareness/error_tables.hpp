@@ -35,7 +35,8 @@ public:
     void load(const std::string& paths, const AxisChain& chain) {
         chain_ = chain;
         paths_ = paths;
-        for (std::size_t begin = 0; !paths.empty() && begin <= paths.size();) {
+        const bool any = !paths.empty() && paths != "none";  // an INI file has no empty values
+        for (std::size_t begin = 0; any && begin <= paths.size();) {
             const std::size_t end = std::min(paths.find(':', begin), paths.size());
             const std::string path = paths.substr(begin, end - begin);
             if (path.empty()) throw std::invalid_argument("table=" + paths + ": a path is empty");

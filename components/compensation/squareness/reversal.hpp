@@ -96,18 +96,30 @@ struct Reversal final : hal::Group {
                 direction[static_cast<std::size_t>(axis)] = now_.values[i];
             }
         }
-        doubtful = any;
+        doubtful = doubtful_ = any;
         wanted_ = wanted;
         was_on_ = on;
     }
 
+    bool doubtful_now() const noexcept { return doubtful_; }
+
+    // Whether a cut has begun in doubt, until the doubt ends. An axis that turns at the begin of a cut ends it
+    // sooner than in `grace`.
+    bool cut_in_doubt(bool cuts, double dt) noexcept {
+        cut_for_ = doubtful_ && cuts ? cut_for_ + dt : 0;
+        cut_in_doubt_ = doubtful_ && (cut_in_doubt_ || cut_for_ > grace);
+        return cut_in_doubt_;
+    }
+
 private:
     static constexpr double least_share = 1e-9;  // mu
+    static constexpr double grace = 0.2;         // s
 
     std::array<DirectionOfMotion, 4> watches_;
     std::array<TrapezoidalMove, 4> turns_;
     std::array<bool, 4> twice_{}, pushed_{};  // compensated twice; perhaps pushed while off
-    bool any_twice_ = false, was_on_ = true;
+    bool any_twice_ = false, was_on_ = true, doubtful_ = false, cut_in_doubt_ = false;
+    double cut_for_ = 0;  // s, in doubt
     double acceleration_ = 0;  // mu/s2, the last one
     SquarenessModel::Directions now_;
     AxisPosition last_ = AxisPosition::Zero(), wanted_ = AxisPosition::Zero(),

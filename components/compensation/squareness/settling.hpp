@@ -55,6 +55,7 @@ public:
     }
 
     bool holds() const noexcept { return holds_; }
+    bool cuts() const noexcept { return cuts_; }
     Ended ended() const noexcept {
         return ended_;
     }  // of the last change: why it was not waited for to the end

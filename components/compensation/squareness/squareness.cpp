@@ -33,7 +33,7 @@ struct Squareness final : hal::Component {
         this, "chain", "w-X-Y.b-Z-C-t",
         "Axes that carry the work, before b, and axes that carry the tool, after b."};
     hal::Option<std::string> table{this, "table", "",
-                                   "CSV files of error tables: absolute paths, separated by colons."};
+                                   "CSV files of error tables: absolute paths, separated by colons; none for no table."};
     hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", false, "Apply the correction; false: it returns to 0."};
@@ -212,6 +212,7 @@ private:
                        dt);
         settling = settling_.holds();
         unsettled = settling_.ended();
+        cut_in_doubt_ = reversal.cut_in_doubt(settling_.cuts(), dt);
     }
 
     void show_status(bool enabled, bool homed) noexcept {
@@ -223,6 +224,8 @@ private:
         seen.ramping = all_ramping_;
         seen.bounded = is_limited_;
         seen.unsettled = settling_.ended() != Settling::Ended{};
+        seen.doubtful = reversal.doubtful_now();
+        seen.cut_in_doubt = cut_in_doubt_;
         seen.interlock = status.of_interlock();
         status = status_of(seen);
     }
@@ -241,6 +244,7 @@ private:
     Settling settling_;
     bool tool_changed_ = false, has_fault_ = false, is_limited_ = false;  // in this period
     bool all_ramping_ = false;                                            // the stages, too
+    bool cut_in_doubt_ = false;
 };
 
 hal::Model hal::model() {

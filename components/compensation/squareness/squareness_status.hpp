@@ -13,7 +13,9 @@ enum class SquarenessStatus : std::int32_t {
     nothing_set,
     ramping,
     bounded,
-    unsettled
+    unsettled,
+    doubtful,
+    cut_in_doubt
 };
 
 constexpr hal::Said said(SquarenessStatus status) {
@@ -30,6 +32,15 @@ constexpr hal::Said said(SquarenessStatus status) {
         case SquarenessStatus::unsettled:
             return {Kind::warn, "The next cut did not wait for the correction of its tool.",
                     "Check the first cut of this tool.", "", "unsettled-code"};
+        case SquarenessStatus::doubtful:
+            return {Kind::wait,
+                    "The direction in which an axis moved last is not certain, so its lost motion may not be "
+                    "corrected.",
+                    "Move each axis by 0.1 mm before the next cut."};
+        case SquarenessStatus::cut_in_doubt:
+            return {Kind::warn,
+                    "A cut began while the direction in which an axis moved last was not certain.",
+                    "Check this cut: it may be off by the lost motion. Move each axis by 0.1 mm."};
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }
@@ -37,6 +48,7 @@ constexpr hal::Said said(SquarenessStatus status) {
 struct SquarenessSeen {
     bool fault = false, set = false;  // set: an angle or a table
     bool enabled = false, homed = false, ramping = false, bounded = false, unsettled = false;
+    bool doubtful = false, cut_in_doubt = false;  // an error differs by direction, and that is not certain
     SquarenessStatus interlock{};
 };
 
@@ -48,8 +60,10 @@ inline SquarenessStatus status_of(const SquarenessSeen& its) noexcept {
                           {!its.enabled, hal::common<S>(hal::Common::off)},
                           {!its.homed, hal::common<S>(hal::Common::not_homed)},
                           {its.bounded, S::bounded},
+                          {its.cut_in_doubt, S::cut_in_doubt},
                           {its.ramping, S::ramping},
                           {its.unsettled, S::unsettled},
+                          {its.doubtful, S::doubtful},
                           {true, S::corrects}});
 }
 

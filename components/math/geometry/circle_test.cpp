@@ -107,6 +107,8 @@ CircleResult circle_result(const CircleSetup& setup, const std::vector<CircularP
     };
     result.both_directions = both;
     result.radius_deviation = solution->parameters[0];
+    result.centre_a = solution->parameters[1];
+    result.centre_b = solution->parameters[2];
     result.scale_difference = estimate(3, 2);
     result.opening = estimate(4, 1);
     result.lost_motion_a = estimate(5, 1);

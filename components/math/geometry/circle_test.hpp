@@ -27,6 +27,7 @@ struct CircleResult {
     Estimate lost_motion_a, lost_motion_b;  // mm
     Estimate across_a;                      // mm, half of the shift of a along b by direction: E(b)(a)+
     Estimate lag;                           // s, of a less b; only with both directions
+    double centre_a = 0, centre_b = 0;      // mm
     double radius_deviation = 0;            // mm, mean radius less nominal: the bar, and equal scales
     bool both_directions = false;
     double noise = 0;                                   // mm, rms of the residuals

@@ -21,7 +21,7 @@ public:
         ErrorMotions halves{};   // H
     };
 
-    // `half` has the first and last position of `mean`. `scale_measured`: the table has the scale of the
+    // `half` has the positions of `mean`. `scale_measured`: the table has the scale of the
     // axis, its error along its own travel.
     explicit DirectedErrorTable(ErrorTable mean, std::optional<ErrorTable> half = std::nullopt,
                                 bool scale_measured = false)
@@ -36,9 +36,10 @@ public:
     ErrorTable::Reading at(double position) const noexcept { return mean_.at(position); }
 
     Reading at(double position, double d) const noexcept {
-        Reading reading{mean_.at(position)};
+        const ErrorTable::Place place = mean_.place(position);
+        Reading reading{mean_.at(place)};
         if (!half_) return reading;
-        const ErrorTable::Reading half = half_->at(position);
+        const ErrorTable::Reading half = half_->at(place);
         reading.halves = half.errors;
         for (std::size_t i = 0; i < half.errors.size(); ++i) {
             reading.at.errors[i] += d * half.errors[i];

@@ -48,21 +48,33 @@ public:
     double first() const noexcept { return first_; }       // mm
     double last() const noexcept { return ends_.back(); }  // mm
 
+    // Where a position is: the same in all tables of these positions.
+    struct Place {
+        std::size_t interval;
+        double s;     // mm, from its start
+        bool inside;  // the table reaches the position
+    };
+
     // NaN counts as a position before the first. The search takes the logarithm of the number of rows in
     // steps, always.
-    Reading at(double position) const noexcept {
+    Place place(double position) const noexcept {
         const double within = position > first_ ? std::min(position, last()) : first_;
         const auto end = std::lower_bound(ends_.begin(), ends_.end(), within);
-        const Interval& interval = intervals_[static_cast<std::size_t>(end - ends_.begin())];
-        const double s = within - interval.start;
+        const auto interval = static_cast<std::size_t>(end - ends_.begin());
+        return {interval, within - intervals_[interval].start, within == position};
+    }
+    Reading at(const Place& place) const noexcept {
+        const Interval& interval = intervals_[place.interval];
+        const double s = place.s;
         Reading reading;
         for (std::size_t i = 0; i < reading.errors.size(); ++i) {
             const auto& [c0, c1, c2, c3] = interval.cubics[i];
             reading.errors[i] = c0 + s * (c1 + s * (c2 + s * c3));
-            if (within == position) reading.slopes[i] = c1 + s * (2 * c2 + s * 3 * c3);
+            if (place.inside) reading.slopes[i] = c1 + s * (2 * c2 + s * 3 * c3);
         }
         return reading;
     }
+    Reading at(double position) const noexcept { return at(place(position)); }
 
 private:
     using Cubic = std::array<double, 4>;  // coefficients by rising powers of the distance from the start

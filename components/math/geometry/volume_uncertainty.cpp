@@ -104,11 +104,13 @@ VolumeUncertainty uncertainty_of(const MeasuredVolume& measured, const VolumePla
     struct Corrected {
         AxisPosition q;
         std::array<Eigen::Vector3d, 2> c, rest;
+        Eigen::Vector3d without;
     };
     std::vector<Corrected> corrected;
     for (const VolumePlace& place : all) {
         Corrected its;
         its.q = place.position - measured.pivot;
+        its.without = as_measured.error(its.q, Eigen::Vector3d::Zero(), place.tool, place.tool, {});
         for (std::size_t way = 0; way < 2; ++way) {
             const Directions& d = way == 0 ? up : down;
             its.c[way] = as_measured.correction(its.q, place.tool, d, measured.max_correction);
@@ -157,6 +159,8 @@ VolumeUncertainty uncertainty_of(const MeasuredVolume& measured, const VolumePla
         its.U = 2 * std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
         its.by_axis = 2 * covariance.diagonal().cwiseMax(0).cwiseSqrt();
         its.rest = corrected[i].rest[0] - corrected[count].rest[0];
+        its.without = corrected[i].without - corrected[count].without;
+        its.covariance = covariance;
         const KinematicChain ideal(measured.chain);
         its.distance = (ideal.ideal_slopes() * (corrected[i].q - corrected[count].q)).norm();
         if (result.places.empty() || its.U > result.places[result.worst].U) {

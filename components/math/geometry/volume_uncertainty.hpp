@@ -52,6 +52,8 @@ struct PlaceUncertainty {
     double U = 0;                                       // mm, in the worst direction
     Eigen::Vector3d by_axis = Eigen::Vector3d::Zero();  // mm
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();     // mm, known and not corrected
+    Eigen::Vector3d without = Eigen::Vector3d::Zero();  // mm, known, if nothing were corrected
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double distance = 0;                                // mm, to the reference place
 };
 

@@ -54,9 +54,8 @@ class Chart(Gtk.DrawingArea):
         span = next((each for each in (600, 1800, 3600, 2 * 3600, 4 * 3600, 8 * 3600) if each >= now - start), 8 * 3600)
         numbers = [value * self._scale for _when, values in rows for value in values if math.isfinite(value)]
         numbers += [value * self._scale for _when, value, _sigma, _good in self._history.marks if math.isfinite(value)]
-        low, high = min(numbers + [-5]), max(numbers + [5])
-        step = _step((high - low) / 4)
-        low, high = math.floor(low / step) * step, math.ceil(high / step) * step
+        levels = levels_of(numbers, 5)
+        low, high = levels[0], levels[-1]
         left, right, top, bottom = 62, width - 12, 34, height - 30
 
         def x(when):
@@ -65,41 +64,19 @@ class Chart(Gtk.DrawingArea):
         def y(value):
             return bottom - (value - low) / (high - low) * (bottom - top)
 
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(14)
-        cairo.set_line_width(1)
-        value = low
-        while value <= high + step / 2:
-            cairo.set_source_rgb(*styles.colour(dark, "line"))
-            cairo.move_to(left, y(value))
-            cairo.line_to(right, y(value))
-            cairo.stroke()
-            cairo.set_source_rgb(*styles.colour(dark, "text"))
-            cairo.move_to(6, y(value) + 5)
-            cairo.show_text(("%g" % round(value, 6)).replace("-", "\u2212"))
-            value += step
+        draw_levels(cairo, dark, levels, y, left, right)
         for part in range(5):
             at = left + (right - left) * part / 4
             cairo.move_to(at - (12 if part == 0 else 40 if part == 4 else 22), height - 8)
             minutes = span * (4 - part) / 4 / 60
             cairo.show_text(_("now") if part == 4 else "\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes)
-        at = left
-        for name, colour, dashes in zip(self._names, colours, ([], [8, 4], [2, 3])):
-            cairo.set_source_rgb(*colour)
-            cairo.set_dash(dashes)
-            cairo.set_line_width(3)
-            cairo.move_to(at, 16)
-            cairo.line_to(at + 30, 16)
-            cairo.stroke()
-            cairo.move_to(at + 36, 21)
-            cairo.show_text(name)
-            at += 52 + cairo.text_extents(name).x_advance
+        draw_names(cairo, self._names, colours, left)
         cairo.set_source_rgb(*styles.colour(dark, "text"))
         cairo.move_to(right - cairo.text_extents(self._unit).x_advance, 21)
         cairo.show_text(self._unit)
         cairo.rectangle(left, top, right - left, bottom - top)
         cairo.clip()
-        for place, (colour, dashes) in enumerate(zip(colours, ([], [8, 4], [2, 3]))):
+        for place, (colour, dashes) in enumerate(zip(colours, DASHES)):
             if place >= len(self._names):
                 break
             cairo.set_source_rgb(*colour)
@@ -131,6 +108,47 @@ class Chart(Gtk.DrawingArea):
                     cairo.move_to(x(when) - 5, middle - 5 * sign)
                     cairo.line_to(x(when) + 5, middle + 5 * sign)
                 cairo.stroke()
+
+
+DASHES = ([], [8, 4], [2, 3])  # of the first curve and the others
+
+
+def levels_of(numbers, least):
+    """The levels of a scale from the lowest to the highest number; from -least to least at least."""
+    low, high = min(numbers + [-least]), max(numbers + [least])
+    step = _step((high - low) / 4)
+    return [step * place for place in range(math.floor(low / step), math.ceil(high / step) + 1)]
+
+
+def draw_levels(cairo, dark, levels, y, left, right):
+    """Horizontal lines with their values on the left."""
+    cairo.select_font_face("DejaVu Sans")
+    cairo.set_font_size(14)
+    cairo.set_line_width(1)
+    for value in levels:
+        cairo.set_source_rgb(*styles.colour(dark, "line"))
+        cairo.move_to(left, y(value))
+        cairo.line_to(right, y(value))
+        cairo.stroke()
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        cairo.move_to(6, y(value) + 5)
+        cairo.show_text(("%g" % round(value, 6)).replace("-", "\u2212"))
+
+
+def draw_names(cairo, names, colours, left):
+    """What each curve is, above the curves."""
+    at = left
+    for name, colour, dashes in zip(names, colours, DASHES):
+        cairo.set_source_rgb(*colour)
+        cairo.set_dash(dashes)
+        cairo.set_line_width(3)
+        cairo.move_to(at, 16)
+        cairo.line_to(at + 30, 16)
+        cairo.stroke()
+        cairo.move_to(at + 36, 21)
+        cairo.show_text(name)
+        at += 52 + cairo.text_extents(name).x_advance
+    cairo.set_dash([])
 
 
 def _step(rough):

@@ -10,6 +10,8 @@ from panel.pages import Page
 from panel.settings import Write
 from panel.squareness_pictures import ChainPicture, LeanPicture, VolumePicture
 from panel.texts import _, in_micrometres, number
+from panel.volume_page import VolumePage
+from panel.volume_state import keep_uncertainty
 from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, row, scrolled, style
 
 
@@ -27,7 +29,8 @@ class SquarenessPage(FunctionPage):
                 card(label(_("Error of the tip without it"), "value"), self._errors), card(label(_("Angles that are set"), "value"), self._angles)]
 
     def buttons(self):
-        return [button(_("Measure and set up"), lambda: self.panel.open(ChainStep(self.panel, Work(self.panel, self))), "main")]
+        return [button(_("Measure and set up"), lambda: self.panel.open(ChainStep(self.panel, Work(self.panel, self))), "main"),
+                button(_("Tables and uncertainty"), lambda: self.panel.open(VolumePage(self.panel, self)))]
 
     def refresh(self, values):
         super().refresh(values)
@@ -457,4 +460,11 @@ class TestStep(Step):
         if work.new_chain:
             saved += " " + _("The chain takes force when LinuxCNC starts again; until then the correction is off.")
         self.panel.guard.change(writes, _("Save the angles"), saved, why="squareness", chain=chain, question=_("Save {angles}?").format(angles=angles),
-                                then=lambda: self.panel.open(work.page))
+                                then=self._saved)
+
+    def _saved(self):
+        try:
+            keep_uncertainty(os.path.dirname(self.panel.settings.log.path), self.work.result)
+        except OSError as error:
+            self.panel.say("%s: %s" % (error.filename, error.strerror), "warn")
+        self.panel.open(self.work.page)

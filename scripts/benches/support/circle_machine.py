@@ -2,18 +2,16 @@
 """The machines of the bench circle: configs/portal/bench.hal with play in its drives, on circles in both directions."""
 
 import dataclasses
-import json
 import math
 import os
 import random
-import subprocess
 import tempfile
 
 import numpy as np
 
 from support.portal_machine import AXES, CONFIG, LEANING, UM
+from support.programs import program
 from support.recordings import read_columns, write_rows
-from support.simulations import BUILD
 
 CHAIN = "w-X.b-W-Y-Z-C-t"
 PLANES = ("xy", "zx", "yz")
@@ -153,13 +151,6 @@ def centred(angles, radii):
     return radii - design @ np.linalg.lstsq(design, radii, rcond=None)[0]
 
 
-def plumb_volume(*arguments):
-    done = subprocess.run([os.path.join(BUILD, "bin", "plumb-volume"), *arguments], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"plumb volume {' '.join(arguments)}: {done.stderr}")
-    return done.stdout
-
-
 @dataclasses.dataclass
 class Outcome:
     machine: Drawn
@@ -187,7 +178,7 @@ def simulate(seed, progress):
                 readings, table = (os.path.join(folder, f"{axis}-{name}.csv") for name in ("readings", "table"))
                 names = [f"{way}{n}" for way in ("up", "down") for n in range(1, TIMES + 1)]
                 write_rows(readings, ["position", *names], rows)
-                measured[axis] = json.loads(plumb_volume("reversal", readings, "--axis", axis.upper(), "--json", "--output", table).split("\nWritten")[0])
+                measured[axis] = program("plumb-volume", "reversal", readings, "--axis", axis.upper(), "--json", "--output", table)
                 tables.append(table)
             progress(1)
         ballbar = read_ballbar(machine, traces["without"], folder)
@@ -224,7 +215,7 @@ def read_ballbar(machine, traces, folder):
             for angle, radius in zip(angles[::step], radii[::step] + NOISE * noise.standard_normal(len(radii[::step]))):
                 file.write(f"{math.degrees(angle):.5f},{radius:.6f}\n")
         files.append(path)
-    found = json.loads(plumb_volume("circle", *files, "--json"))
+    found = program("plumb-volume", "circle", *files, "--json")
     opening = found["opening"]
     truth = machine.opening if machine.plane == "xy" else 0
     return {"opening, urad": (opening["value"] * 1e6, opening["U"] * 1e6, truth * 1e6)}

@@ -7,15 +7,13 @@ The truth is a product of poses in numpy. It shares nothing with the chain of sq
 import contextlib
 import csv
 import dataclasses
-import json
 import os
 import random
-import subprocess
 import tempfile
 
 import numpy as np
 
-from support.simulations import BUILD
+from support.programs import program
 
 CHAIN = "w-X.b-Y-Z-C-t"
 BOX = {"X": (0, 800), "Y": (0, 600), "Z": (-500, 0)}
@@ -61,13 +59,6 @@ def draw(seed):
     tilts = {name: drawn.gauss(0, 60e-6) for name in SQUARES}
     scales = {axis: (drawn.gauss(0, 15e-6), drawn.gauss(0, 0.01), drawn.uniform(0, 0.01)) for axis in BOX}
     return Machine(seed, tilts, scales)
-
-
-def program(name, *arguments):
-    done = subprocess.run([os.path.join(BUILD, "bin", name), *arguments], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"{name} {' '.join(arguments)}: {done.stderr}")
-    return json.loads(done.stdout) if "--json" in arguments else done.stdout
 
 
 def measure(machine, folder):

@@ -156,8 +156,10 @@ TEST(SquarenessStatus, SaysThatItCorrectsOnlyWhileItDoes) {
          {"off without interlock", [](auto& its) { its.enabled = false; }, of<S>(Common::off), Kind::off},
          {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
+         {"a cut in doubt", [](auto& its) { its.cut_in_doubt = true; }, S::cut_in_doubt, Kind::warn},
          {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
          {"settling ended too early", [](auto& its) { its.unsettled = true; }, S::unsettled, Kind::warn},
+         {"a doubtful direction", [](auto& its) { its.doubtful = true; }, S::doubtful, Kind::wait},
          {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
 }
 

@@ -165,7 +165,7 @@ TEST(IniCompensation, AnAxisThatLinuxCNCCompensatesIsRefusedWithItsLine) {
     const Folder folder;
     const auto refused = [&](const std::string& text, char axis) {
         const auto file = folder.write("a.ini", text);
-        std::string sentence = refusal<std::runtime_error>([&] { refuse_compensated(file.string(), axis); });
+        std::string sentence = refusal<std::runtime_error>([&] { IniCompensation(file.string()).refuse(axis); });
         const std::size_t colon = sentence.find(": line");
         return colon == std::string::npos ? sentence : sentence.substr(colon + 2, 7 + 22);
     };

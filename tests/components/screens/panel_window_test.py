@@ -2,6 +2,7 @@
 """plumb panel in a window on the virtual-time host: fingers press, and HAL answers."""
 
 import json
+import math
 import os
 import time
 import unittest
@@ -461,8 +462,21 @@ class Window(unittest.TestCase):
     def others(self):
         return self.host.get(["square.ea0z", "square.eb0x", "square.axis-direction"])
 
+    def measure(self, name, text):
+        with open(os.path.join(self.folder, name), "w") as file:
+            file.write(text)
+
     def test_a_square_of_a_table_in_x_and_y_corrects_with_its_uncertainty(self):
         self.set_square("setp square.axis-direction 0")
+        self.measure("x.csv", "# u: EXX 0.5e-3, EXX+ 0.1e-3\nX,EXX+,EXX-,EYX\n0,-0.005,0.005,0\n800,-0.005,0.005,0\n# end, 2 rows\n")
+        for state, opening in (("off", 1e-4), ("on", 1e-5)):
+            rows = "".join("%d,%.6f\n" % (angle, 100 - opening * 50 * math.sin(math.radians(2 * angle))) for angle in range(360))
+            for direction in ("CW", "CCW"):
+                head = "".join("# %s: %s\n" % each for each in (("plane", "XY"), ("radius", 100), ("feed", 1000), ("direction", direction), ("object", "part"), ("correction", state)))
+                self.measure("%s_%s.csv" % (state, direction), head + "angle,radius\n" + rows)
+        with open(self.ini, "a") as file:
+            file.write("TABLE = %s\n" % os.path.join(self.folder, "x.csv"))
+            file.writelines("[AXIS_%s]\nMIN_LIMIT = %d\nMAX_LIMIT = %d\n" % limits for limits in (("X", 0, 800), ("Y", 0, 600), ("Z", -500, 0)))
         finger = self.panel()
         self.open_chain(finger, "w-X-Y.b-Z-C-t")
         finger.await_text("Y turns all that it carries with it")
@@ -474,6 +488,31 @@ class Window(unittest.TestCase):
         finger.press("What it will do")
         finger.await_text("after: 0 \u00b19.4 \u00b5m (k=2), straightness not included")
         finger.await_text("X\u2013Z: not measured now")
+        for name in ("Test move", "Save", "Save the angles", "Tables and uncertainty"):
+            finger.press(name)
+        # The square is known, and set two angles; the two others have another source.
+        finger.await_text("\u00b1 unknown: EB0X has no uncertainty.")
+        finger.await_text("No uncertainty either: EA0Z.")
+        finger.await_text("PPP, 1118 mm: ")
+        self.assertTrue(finger.find("Table of EXX"))
+        finger.await_text("EXX   \u00b11 \u00b5m (k=2)")
+        finger.await_text("EYX   no uncertainty given")
+        self.assertTrue(finger.find("Circle XY: before") and finger.find("Circle XY: after"))
+        finger.await_text("before: largest 5 \u00b5m; corner 100 \u00b1")
+        finger.await_text("after: largest 0.5 \u00b5m")
+        finger.press("Back")
+        for name in ("ea0z", "eb0x"):
+            self.host.command("setp square.%s 0" % name)
+        self.measure("x.csv", "# u: EXX 0.5e-3, EXX+ 0.1e-3, EYX 1e-6\nX,EXX+,EXX-,EYX\n0,-0.005,0.005,0\n800,-0.005,0.005,0\n# end, 2 rows\n")
+        finger.press("Tables and uncertainty")
+        finger.await_text("After correction 0 \u00b5m \u00b1 ")
+        finger.await_text("worst at X ")
+        finger.await_text("Largest share: measurement 1, ")
+        finger.press("Back")
+        self.measure("x.csv", "X,EXX\n")
+        finger.press("Tables and uncertainty")
+        finger.await_text("x.csv")
+        self.assertFalse(finger.find("Table of EXX"))
 
     def test_nothing_is_switched_on_between_a_new_chain_and_the_next_start(self):
         self.set_square("setp square.axis-direction 0")

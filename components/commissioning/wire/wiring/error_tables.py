@@ -111,7 +111,7 @@ def loaded(text, ini, home):
             if word.startswith("table="):
                 value = word[len("table=") :].replace("$(CONFIG_DIR)", home)
                 value = VALUE.sub(lambda found: ini.get(found[1], found[2] or found[3]) or "", value)
-                yield from filter(None, value.split(":"))
+                yield from filter(None, value.split(":") if value != "none" else ())
 
 
 def lacks_seal(path):

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Tables, circles and uncertainty of the corrected volume, as plumb volume computes them. Without a screen."""
+
+import json
+import os
+import subprocess
+import tempfile
+import time
+
+from panel import texts
+from panel.squareness_state import angles
+from panel.texts import _
+
+FILE = "squareness_uncertainty.json"  # beside the list of changes
+PATIENCE = 20  # s
+HEAD = 4096  # bytes, of a file that may be a path of a ballbar
+
+
+class Lacks(RuntimeError):
+    """The reason why nothing can be computed."""
+
+
+def tables(ini):
+    """The files of error tables that squareness was started with."""
+    value = ini.get("SQUARENESS", "TABLE", "none")
+    return [] if value == "none" else value.split(":")
+
+
+def box(ini):
+    """The work space as plumb volume takes it, in mm. Raises Lacks."""
+    unit = 25.4 if ini.get("TRAJ", "LINEAR_UNITS").lower().startswith("in") else 1.0
+    sides = []
+    for axis in "XYZ":
+        try:
+            low, high = (float(ini.get("AXIS_" + axis, name)) * unit for name in ("MIN_LIMIT", "MAX_LIMIT"))
+        except ValueError:
+            raise Lacks(_("The INI file has no limits of {axis}: [AXIS_{axis}]MIN_LIMIT and MAX_LIMIT.").format(axis=axis)) from None
+        sides.append("%s=%r:%r" % (axis, low, high))
+    return ",".join(sides)
+
+
+def kept_uncertainty(folder):
+    """{"angles": {name: {"angle", "date"}}, "causes": [{name: standard deviation in rad}]}: one cause may have set several angles."""
+    try:
+        with open(os.path.join(folder, FILE), encoding="ascii") as file:
+            return json.load(file)
+    except (OSError, ValueError):
+        return {"angles": {}, "causes": []}
+
+
+def keep_uncertainty(folder, result):
+    """Writes how sure the measured angles of an output of plumb squareness are, beside those of before. Raises OSError."""
+    kept, new = kept_uncertainty(folder), [cause for cause in result["deviations"] if cause]
+    measured = set().union(*new)
+    former = [{name: factor for name, factor in cause.items() if name not in measured} for cause in kept["causes"]]
+    angles_of_now = {its["name"]: {"angle": its["angle"], "date": time.strftime("%Y-%m-%d")} for its in result["settled"] if its["name"] in measured}
+    path = os.path.join(folder, FILE)
+    with open(path + ".new", "w", encoding="ascii") as file:
+        json.dump({"angles": {**kept["angles"], **angles_of_now}, "causes": [cause for cause in former if cause] + new}, file, indent=1)
+    os.replace(path + ".new", path)
+
+
+def of_angles(folder, instance, values):
+    """The options of plumb volume for the angles in force. An angle that another way has set has no uncertainty."""
+    kept, options, known = kept_uncertainty(folder), [], set()
+    for short, angle in angles(instance, values).items():
+        name = short.upper()
+        measured = kept["angles"].get(name)
+        if measured and abs(measured["angle"] - angle) < 1e-9:
+            known.add(name)
+            options += ["--tilt", "%s=%rrad,u=0rad,date=%s" % (name, float(angle), measured["date"])]
+        elif angle:
+            options += ["--tilt", "%s=%rrad" % (name, float(angle))]
+    for number, cause in enumerate(kept["causes"], 1):
+        largest = max(map(abs, cause.values()))
+        its = ["%s=%r" % (name, factor / largest) for name, factor in cause.items() if name in known]
+        if its:
+            name = next(iter(cause)) if len(cause) == 1 else _("measurement {number}").format(number=number)
+            options += ["--common", ",".join([name, *its, "u=%rrad" % largest])]
+    return options
+
+
+def pivots(instance, values):
+    unit = 25.4 if texts.MACHINE_UNIT[0] == "in" else 1.0
+    found = {short[0].upper(): float(instance.value(values, short)) * unit for short in instance.pins if short.endswith("-pivot")}
+    return [word for axis, value in found.items() if value for word in ("--pivot", "%s=%r" % (axis, value))]
+
+
+def tool(instance, values):
+    """The tool in force, from the gauge point to its tip, in mm."""
+    unit = 25.4 if texts.MACHINE_UNIT[0] == "in" else 1.0
+    lengths = [-float(instance.value(values, axis + "-tool-offset", 0.0)) * unit for axis in "xyz"]
+    return ["--tool", "%s=%s" % (_("the tool in force"), ",".join("%r" % (length + 0.0) for length in lengths))]
+
+
+def arguments(ini, chain, folder, instance, values):
+    """Of plumb volume uncertainty. Raises Lacks."""
+    found = tables(ini)
+    if instance.value(values, "tables", 0) and not found:
+        raise Lacks(_("[SQUARENESS]TABLE of the INI file does not name the tables in use."))
+    return ["uncertainty", "--json", "--chain", chain, "--box", box(ini), *tool(instance, values), *of_angles(folder, instance, values), *pivots(instance, values),
+            *[word for file in found for word in ("--table", file)]]
+
+
+# By their kind in the output. For gettext: _("The measurement of {of} is {first} days old, and valid for {second}: measure again.")
+NOTES = {
+    "old": "The measurement of {of} is {first} days old, and valid for {second}: measure again.",
+    "age-unknown": "The age of the measurement of {of} is not known; it counts as {first} days.",  # for gettext: _("The age of the measurement of {of} is not known; it counts as {first} days.")
+    "temperature": "{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.",  # for gettext: _("{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.")
+    "no-u": "No uncertainty either: {of}.",  # for gettext: _("No uncertainty either: {of}.")
+}
+
+
+def note_in_words(note):
+    return _(NOTES[note["kind"]]).format(of=cause_in_words(note["of"]), first=texts.number(float(note["first"])), second=texts.number(float(note["second"])))
+
+
+def cause_in_words(cause):
+    """EXX, all rows together; drift of EXX; EXX, by direction; repeatability."""
+    for words, shown in ((", all rows together", _("{error}, all rows together")), (", by direction", _("{error}, by direction"))):
+        if cause.endswith(words):
+            return shown.format(error=cause[:-len(words)])
+    if cause.startswith("drift of "):
+        return _("drift of {error}").format(error=cause[len("drift of "):])
+    return {"the machine": _("the machine")}.get(cause, cause)
+
+
+def circles(folder):
+    """The newest files of a ballbar beside the INI file: {"off": [files], "on": [files]}, one for each direction."""
+    found = {}
+    for name in sorted(os.listdir(folder or ".")):
+        path = os.path.join(folder, name)
+        if not name.endswith(".csv") or not os.path.isfile(path):
+            continue
+        with open(path, encoding="utf-8", errors="replace") as file:
+            head = dict(line[1:].strip().partition(":")[::2] for line in file.read(HEAD).splitlines() if line.startswith("#") and ":" in line)
+        head = {key.strip(): value.strip() for key, value in head.items()}
+        if head.get("direction") in ("CW", "CCW") and head.get("correction") in ("on", "off"):
+            place = head["correction"], head["direction"]
+            if place not in found or os.path.getmtime(path) > os.path.getmtime(found[place]):
+                found[place] = path
+    return {state: [found[state, way] for way in ("CCW", "CW") if (state, way) in found] for state in ("off", "on")}
+
+
+class Question:
+    """A call of plumb volume beside the screen: done() is False until answer() has the output or raises Lacks."""
+
+    def __init__(self, program, given):
+        self._output, self._errors, self._until = tempfile.TemporaryFile("w+"), tempfile.TemporaryFile("w+"), time.monotonic() + PATIENCE
+        try:
+            self._process = subprocess.Popen([program, *given], stdin=subprocess.DEVNULL, stdout=self._output, stderr=self._errors,
+                                             env={**os.environ, "LC_ALL": "C.UTF-8"})
+        except OSError as error:
+            raise Lacks(str(error)) from None
+
+    def done(self):
+        if self._process.poll() is None and time.monotonic() > self._until:
+            self._process.kill()
+            self._process.wait()
+        return self._process.poll() is not None
+
+    def answer(self):
+        self._output.seek(0)
+        self._errors.seek(0)
+        if self._process.returncode:
+            lines = self._errors.read().strip().splitlines()
+            raise Lacks(lines[0] if lines else "status %d" % self._process.returncode)
+        return json.load(self._output)
