@@ -374,7 +374,7 @@ void contouring_squareness_beside_pid(benchmark::State& state) {
 struct Tables {
     explicit Tables(bool directed = false)
         : path(std::filesystem::temp_directory_path() /
-               (directed ? "plumb_speed_benchmark_directions.csv" : "plumb_speed_benchmark_tables.csv")) {
+               (directed ? "plumb_speed_turns.csv" : "plumb_speed_tables.csv")) {
         std::ofstream file(path);
         for (const char axis : {'X', 'Y', 'Z', 'W'}) {
             file << axis;
