@@ -220,7 +220,7 @@ def record(host, folder, seed, attacks, duration, progress, growth=None, second=
     return read_columns(path)
 
 
-NOTICES = (10, 11)  # doubt-code: what the panel shows, at a start, and no message
+NOTICES = (8, 9, 10, 11)  # doubt-code: an uncertain growth, and one that is unknown at a start: the panel shows them, without a message
 
 
 def simulate_growth(seed, rate, growth, second, duration, progress):

@@ -60,7 +60,8 @@ inline GrowthTruth drawn_growth(std::uint64_t seed, double size, bool two_states
 struct GrowthShop {
     struct Gauge {
         std::int32_t tool;
-        double sigma;  // mu, of its contacts
+        double sigma;          // mu, of its contacts
+        double feed = -1.667;  // mu/s
     };
     // A cut, after its contact.
     struct Cut {
@@ -130,7 +131,10 @@ struct GrowthShop {
                 r.gauge = static_cast<std::int32_t>(gauge);
                 r.cycle = part;
                 r.tool = gauges[gauge].tool;
+                r.feed = r.fastest = gauges[gauge].feed;
                 for (std::size_t i = 0; i < gauges.size(); ++i) {
+                    r.other_feeds |= gauges[i].feed != r.feed;
+                    r.fastest = std::min(r.fastest, gauges[i].feed);
                     if (gauges[i].tool == gauges[gauge].tool)
                         r.of_tool |= std::uint64_t{1} << i;
                     else

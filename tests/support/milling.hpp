@@ -24,6 +24,7 @@ struct Milling {
         std::int32_t tool;
         double top;           // mm
         double speed = 3000;  // rpm
+        double feed = 0;      // mm/s; 0 for that of the program
     };
     // A deviation from the program, in one of the cuts.
     struct Upset {
@@ -99,7 +100,7 @@ private:
         }
         travel(top + 3, 50, rapid);
         now_.feed_override = upset.feed_override;
-        const double speed = feed * upset.feed_override;
+        const double speed = (cut.feed > 0 ? cut.feed : feed) * upset.feed_override;
         if (upset.hold > 0) {
             travel(top + upset.hold_height, speed, feeding);
             holding_ = true;

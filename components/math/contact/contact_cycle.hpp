@@ -93,10 +93,11 @@ public:
         return i < 0 ? nullptr : &partners()[i];
     }
 
-    // The least and the largest time constant of the contacts that may come, in s.
-    std::pair<double, double> time_constants() const noexcept {
+    // The least and the largest time constant of the contacts of a tool that may come, in s.
+    std::pair<double, double> time_constants(std::int32_t tool) const noexcept {
         std::pair<double, double> range{1e9, 0};
         for (std::int32_t i = 0; i < partners().size(); ++i) {
+            if (partners()[i].key.tool != tool) continue;
             const double its = partners()[i].contact.time_constant;
             range = {std::min(range.first, its), std::max(range.second, its)};
         }

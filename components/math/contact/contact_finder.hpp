@@ -217,7 +217,7 @@ private:
     void start_fit(const ContactCycle& cycle) noexcept {
         const ContactReference* partner = cycle.expected(note_.key);
         if (!partner) return onset_.start(0);
-        const auto [least, most] = cycle.time_constants();
+        const auto [least, most] = cycle.time_constants(note_.key.tool);
         onset_.start(partner->contact.time_constant, least, most);
     }
 

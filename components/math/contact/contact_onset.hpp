@@ -13,7 +13,7 @@ namespace plumb {
 // The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit). The power
 // of the cut and the load of the idling spindle have no influence. The time constant is that of the
 // contact's reference; for the reference itself it is fitted too. So an error of it, or of the shape
-// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references, the
+// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references of its tool, the
 // filter of the drive has changed: then the time constant is fitted again (see OnsetShape).
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
@@ -36,7 +36,7 @@ public:
     }
 
     // The load has risen. `time_constant` is in s, or 0 for the one that fits best; the others are the least
-    // and the largest of all references, which the same drive has made.
+    // and the largest of all references of this tool, which the same drive and the same teeth have made.
     void start(double time_constant, double least, double most) noexcept {
         stage_ = Stage::waiting;
         waited_ = 0;

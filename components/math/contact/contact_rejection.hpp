@@ -101,7 +101,7 @@ inline Rejection comparison(Method method, const Contact& b, const Contact& a,
 // the contact itself. A rise that is none of another filter either is not fitted by one. The first factor is
 // that of LearningCheck.
 inline bool rises_unlike(const Contact& b, const Contact& a, std::int32_t cycles, double harmless) noexcept {
-    constexpr double most = 3, most_kink = 6;
+    constexpr double most = 3, most_kink = 4;
     const double sigma = a.sigma * std::sqrt(static_cast<double>(cycles));
     const bool refitted = b.time_constant != a.time_constant;
     const double with_it = sigma * std::sqrt(2 * b.time_constant / a.time_constant);

@@ -30,6 +30,7 @@ enum class Doubt : std::int32_t {
     unknown,
     shift_of_only_tool,
     origin,
+    shift_by_feed,
 };
 
 constexpr const char* sentence(Doubt doubt) {
@@ -50,6 +51,9 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::shift_of_only_tool:
             return "All contacts moved at once: other work, zero, tool, tool setting, filter or latency of the "
                    "drive? Growth cannot do that.";
+        case Doubt::shift_by_feed:
+            return "The contacts moved in proportion to their feeds: another latency or filter of the drive? Growth "
+                   "cannot do that.";
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
             return "The growth since the last contact is uncertain: the offset holds that contact.";
@@ -153,6 +157,7 @@ private:
                  : e.shift == Shift::one_tool         ? Doubt::contradiction
                  : e.shift == Shift::all              ? Doubt::shift
                  : e.shift == Shift::only_tool        ? Doubt::shift_of_only_tool
+                 : e.shift == Shift::by_feed          ? Doubt::shift_by_feed
                  : e.program_event                    ? Doubt::program_event
                  : e.barren                           ? Doubt::missed
                  : !doubtful_                         ? Doubt::none

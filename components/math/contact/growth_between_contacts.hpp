@@ -126,6 +126,9 @@ public:
     void shift_all(double variance) noexcept {
         for (SpeedDrivenGrowth& filter : filters_) filter.shift_all(variance);
     }
+    void delay_all(double variance) noexcept {
+        for (SpeedDrivenGrowth& filter : filters_) filter.delay_all(variance);
+    }
     void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
         for (SpeedDrivenGrowth& filter : filters_) filter.shift(gauges, sigma, variance);
     }
@@ -133,9 +136,9 @@ public:
         for (SpeedDrivenGrowth& filter : filters_) filter.displace(distance);
         for (Estimate& estimate : estimates_) estimate.growth += distance;
     }
-    void take_shift_as_growth() noexcept {
+    void take_shift_as_growth(double feed) noexcept {
         for (std::size_t i = 0; i < lags.size(); ++i) {
-            filters_[i].take_shift_as_growth();
+            filters_[i].take_shift_as_growth(feed);
             estimates_[i] = {filters_[i].growth(), filters_[i].variance()};
         }
     }
@@ -145,8 +148,8 @@ public:
     void forget_error(std::int32_t gauge) noexcept {
         for (SpeedDrivenGrowth& filter : filters_) filter.forget_error(gauge);
     }
-    double shift_of_all() const noexcept {
-        return mean([](const SpeedDrivenGrowth& filter) { return filter.shift_of_all(); });
+    double shift_of_all(double feed) const noexcept {
+        return mean([&](const SpeedDrivenGrowth& filter) { return filter.shift_of_all(feed); });
     }
     double error_of(std::int32_t gauge) const noexcept {
         return mean([&](const SpeedDrivenGrowth& filter) { return filter.error_of(gauge); });

@@ -103,7 +103,7 @@ public:
         const GrowthEstimator& estimator = from_contacts_.estimator();
         if (estimator.shift() == Shift::none || cycle_.learning()) return;
         for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
-            cycle_.displace(i, estimator.displaced(i));
+            cycle_.displace(i, estimator.displaced(i, cycle_.references()[i].contact.feed));
         from_contacts_.shift_is_corrected();
     }
 
@@ -342,11 +342,16 @@ private:
         r.gauge = references.find(partner.key);
         r.tool = partner.key.tool;
         r.cycle = cycle_.number();
+        r.feed = r.fastest = finder_.found().contact.feed;
+        double slowest = r.feed;
         for (std::int32_t i = 0; i < references.size(); ++i) {
             const bool same = references[i].key.tool == r.tool;
             if (same) r.of_tool |= std::uint64_t{1} << i;
             r.other_tools |= !same && !from_contacts_.estimator().withdrawn(i);
+            r.fastest = std::min(r.fastest, references[i].contact.feed);
+            slowest = std::max(slowest, references[i].contact.feed);
         }
+        r.other_feeds = slowest > (1 - settings.limits.feed_tolerance) * r.fastest;
         return r;
     }
 

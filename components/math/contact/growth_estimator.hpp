@@ -13,13 +13,15 @@
 namespace plumb {
 
 // A distance by which contacts have moved at once, and which is not growth.
-enum class Shift : std::int32_t { none, all, only_tool, one_tool };
+enum class Shift : std::int32_t { none, all, only_tool, one_tool, by_feed };
 
 // What is expected of any machine, before its contacts.
 struct ContactPriors {
     double outlier = 0.005;      // of a contact: a chip or odd blank in 200
     double tool = 0.0005;        // of a contact: a tool that was changed or measured, once in 2000
     double all = 0.0005;         // of a contact: other work, zero, setter or drive, once in 2000
+    double delay = 0.0005;       // of a contact: another delay of the load, once in 2000
+    double largest_delay = 0.02; // s, standard deviation of that
     double fast = 0.1;           // of a contact: growth that the model does not describe
     double settled_rate = 0.05;  // of max-growth-rate: a machine of which no past is known
     double slowest = 0.01;       // of max-growth-rate: no machine is quieter than that
@@ -41,10 +43,11 @@ struct ContactPriors {
 //     outlier   a chip, an odd blank: nothing follows from it
 //     tool      all gauges of this tool have shifted alike
 //     all       all gauges have shifted alike
+//     delay     all gauges have shifted by their feed: only contacts at two feeds can show it
 //
 // A hypothesis is a sequence of such answers: a copy of the filters with the shifts that it supposes, and
 // its weight (D. B. Reid, IEEE Trans. Automatic Control 24, 1979). Each contact splits each hypothesis in
-// four. The `most` heaviest live on, unless they are lighter than `lightest` of the heaviest. The growth is
+// five. The `most` heaviest live on, unless they are lighter than `lightest` of the heaviest. The growth is
 // their weighted median, which makes the expected error smallest; a shift is never in it.
 //
 // An event of the program moves with the offset. In closed loop the offset follows the growth, so only a
@@ -65,6 +68,11 @@ public:
         std::int32_t gauge = -1;       // index of the reference
         std::uint64_t of_tool = 0;     // a bit for each gauge of this tool
         bool other_tools = false;      // the reference has gauges of other tools, not withdrawn
+        double feed = 0;               // mu/s, signed, and the fastest one of all gauges
+        double fastest = 0;
+        bool other_feeds = false;  // the reference has gauges of other feeds
+
+        GrowthBetweenContacts::Gauge its() const noexcept { return {gauge, reference_sigma, feed}; }
         bool confirmed = false;        // beyond the gate, and other contacts have confirmed it
         std::int32_t cycle = 0;        // number of the part
     };
@@ -83,13 +91,14 @@ public:
 
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
         if (withdrawn(r.gauge)) return Verdict::withdrawn;
-        const Expected expected = at(0).model.expected({r.gauge, r.reference_sigma});
+        const Expected expected = at(0).model.expected(r.its());
         if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < 0.5) {
             withdrawn_ |= bit(r.gauge);
             return Verdict::withdrawn;
         }
         if (r.gauge >= 0 && r.gauge < ContactReferences::capacity)
             reference_sigmas_[r.gauge] = r.reference_sigma;
+        fastest_ = r.fastest;
         const Answer answer = split(r, settings);
         // After a start nothing is known with which the first contact could be compared: another one decides.
         const bool alone = !known_ && std::abs(r.growth) > settings.floor && !std::exchange(claimed_, true);
@@ -174,16 +183,16 @@ public:
     Shift shift() const noexcept { return shift_; }
     double shift_size() const noexcept { return shift_ == Shift::none ? 0 : shift_of(at(0)); }
     std::uint64_t shifted_gauges() const noexcept { return at(0).of_tool; }
-    // By which the contacts of a gauge are displaced without growth, in mu, as far as it is known.
-    double displaced(std::int32_t gauge) const noexcept { return displaced(at(0), gauge); }
+    // By which the contacts of a gauge at a feed are displaced without growth, in mu, as far as it is known.
+    double displaced(std::int32_t gauge, double feed) const noexcept { return displaced(at(0), gauge, feed); }
 
     // The answers to the question that a shift is. As growth it is applied; else the references were
     // corrected by displaced().
     void shift_is_growth() noexcept {
         if (shift_ == Shift::none) return;
         alive_ = 1;
-        at(0).hold(at(0).held + at(0).model.shift_of_all());
-        at(0).model.take_shift_as_growth();
+        at(0).hold(at(0).held + at(0).model.shift_of_all(fastest_));
+        at(0).model.take_shift_as_growth(fastest_);
         at(0).forget_shifts();
         finish(true);
     }
@@ -208,15 +217,15 @@ public:
 
     // Mean and variance that a contact of a gauge is expected to have.
     using Expected = GrowthBetweenContacts::Expected;
-    Expected expected(std::int32_t gauge, double reference_sigma) const noexcept {
-        Expected its = at(0).model.expected({gauge, reference_sigma});
+    Expected expected(const Reading& r) const noexcept {
+        Expected its = at(0).model.expected(r.its());
         its.variance *= consistency_;
         return its;
     }
 
 private:
-    enum class Answer { work, outlier, tool, all };
-    static constexpr std::size_t answers = 4;
+    enum class Answer { work, outlier, tool, all, delay };
+    static constexpr std::size_t answers = 5;
     static constexpr double of_mean_deviation = 1.2533;  // standard deviations, of a normal distribution
 
     static constexpr ContactPriors prior{};
@@ -226,6 +235,7 @@ private:
         double weight = 1;
         bool all = false;           // all gauges have shifted
         bool alone = false;         // ... of the only tool
+        bool late = false;          // the load has another delay
         std::uint64_t of_tool = 0;  // the gauges that have shifted by their tool
         // The growth by the last contact of the work, mu; s since the last one that was no outlier, and the
         // response to the drive then.
@@ -237,7 +247,7 @@ private:
             response = model.fastest_response();
         }
         void forget_shifts() noexcept {
-            all = alone = false;
+            all = alone = late = false;
             of_tool = 0;
         }
     };
@@ -276,9 +286,9 @@ private:
     }
 
     void weigh(std::int32_t i, const Reading& r, double noise2, const Settings& settings,
-               Candidate* four) const noexcept {
+               Candidate* its) const noexcept {
         const Hypothesis& h = at(i);
-        const Expected expected = h.model.expected({r.gauge, r.reference_sigma});
+        const Expected expected = h.model.expected(r.its());
         const double error = r.growth - expected.mean;
         const double variance = consistency_ * (expected.variance + noise2);
         const double fast2 = fast_variance(h, settings);
@@ -286,19 +296,21 @@ private:
         const double fast = prior.fast * likelihood(error, variance + fast2);
         const double shift2 = settings.cap * settings.cap / 4;
         const double of_shift = likelihood(error, variance + shift2);
+        const double of_delay = likelihood(error, variance + squared(prior.largest_delay * r.feed));
         const double outlier = likelihood(error, variance + settings.cap * settings.cap);
-        const double none = 1 - prior.outlier - prior.tool - prior.all;
+        const double none = 1 - prior.outlier - prior.tool - prior.all - prior.delay;
         const auto candidate = [&](Answer answer, double p) {
             return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
         };
-        const double grown = r.growth - displaced(h, r.gauge);
+        const double grown = r.growth - displaced(h, r.gauge, r.feed);
         const double gate = std::clamp(settings.max_growth_rate * h.since, settings.floor, settings.cap);
         const bool possible = r.confirmed || std::abs(grown - h.held) <= gate + 3 * std::sqrt(noise2);
-        four[0] = candidate(Answer::work, possible ? none * (slow + fast) : 0);
-        four[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
-        four[1] = candidate(Answer::outlier, prior.outlier * outlier);
-        four[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
-        four[3] = candidate(Answer::all, known_ ? prior.all * of_shift : 0);
+        its[0] = candidate(Answer::work, possible ? none * (slow + fast) : 0);
+        its[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
+        its[1] = candidate(Answer::outlier, prior.outlier * outlier);
+        its[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
+        its[3] = candidate(Answer::all, known_ ? prior.all * of_shift : 0);
+        its[4] = candidate(Answer::delay, r.other_feeds && known_ ? prior.delay * of_delay : 0);
     }
 
     // Since the last accepted contact a growth may have come that the model does not describe: slowly, and by
@@ -315,7 +327,7 @@ private:
     void learn_past(const Candidate& best, const Reading& r, double noise2,
                     const Settings& settings) noexcept {
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
-        const Expected expected = at(best.parent).model.expected({r.gauge, r.reference_sigma});
+        const Expected expected = at(best.parent).model.expected(r.its());
         const double variance = expected.variance + noise2, error = r.growth - expected.mean;
         learn_scatter(error * error, variance + best.fast, settings);
         const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
@@ -371,8 +383,8 @@ private:
     void live_on(const std::array<Candidate, most * answers>& candidates, const Reading& r,
                  const Settings& settings) noexcept {
         std::int32_t count = 0;
-        const std::int32_t before = alive_;
-        while (count < static_cast<std::int32_t>(most) && count < 4 * before &&
+        const std::int32_t possible = static_cast<std::int32_t>(answers) * alive_;
+        while (count < static_cast<std::int32_t>(most) && count < possible &&
                candidates[count].weight > candidates[0].weight + std::log(prior.lightest))
             ++count;
         // The first child of a parent takes its place; the others move into places that are free.
@@ -412,20 +424,23 @@ private:
             h.all = true;
             h.alone = !r.other_tools;
         }
+        if (c.answer == Answer::delay) {
+            h.model.delay_all(squared(prior.largest_delay));
+            h.late = true;
+        }
         if (c.answer == Answer::work) h.model.forget_bias(c.fast);
         const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
                                                                           settings.between.repeatability);
-        h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), {r.gauge, r.reference_sigma}, true,
-                        settings.between);
-        h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge) : h.held);
+        h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);
+        h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge, r.feed) : h.held);
     }
 
-    static double displaced(const Hypothesis& h, std::int32_t gauge) noexcept {
-        return h.model.shift_of_all() + (h.of_tool & bit(gauge) ? h.model.error_of(gauge) : 0);
+    static double displaced(const Hypothesis& h, std::int32_t gauge, double feed) noexcept {
+        return h.model.shift_of_all(feed) + (h.of_tool & bit(gauge) ? h.model.error_of(gauge) : 0);
     }
 
-    static double shift_of(const Hypothesis& h) noexcept {
-        if (h.all) return h.model.shift_of_all();
+    double shift_of(const Hypothesis& h) const noexcept {
+        if (h.all || h.late) return h.model.shift_of_all(fastest_);
         double sum = 0;
         std::int32_t count = 0;
         for (std::int32_t i = 0; i < ContactReferences::capacity; ++i)
@@ -444,16 +459,18 @@ private:
         const Hypothesis& best = at(0);
         double weight = 0;
         for (std::int32_t i = 0; i < alive_; ++i)
-            if (at(i).all == best.all && at(i).of_tool == best.of_tool) weight += at(i).weight;
-        const bool likely = (best.all || best.of_tool != 0) && weight > 0.4;
+            if (at(i).all == best.all && at(i).late == best.late && at(i).of_tool == best.of_tool)
+                weight += at(i).weight;
+        const bool likely = (best.all || best.late || best.of_tool != 0) && weight > 0.4;
         if (!likely) shifted_in_ = -1;
         if (likely && shifted_in_ < 0) shifted_in_ = cycle;
         const bool shifted =
             likely && (shift_ != Shift::none || weight > prior.decided || cycle != shifted_in_);
         shift_ = !shifted     ? Shift::none
-                 : !best.all  ? Shift::one_tool
                  : best.alone ? Shift::only_tool
-                              : Shift::all;
+                 : best.all   ? Shift::all
+                 : best.late  ? Shift::by_feed
+                              : Shift::one_tool;
         if (!accepted) return;
         held_ = growth_;
         held_sigma_ = sigma_;
@@ -495,6 +512,7 @@ private:
     std::int32_t shifted_in_ = -1;  // the cycle in which a shift became likely
     std::uint64_t withdrawn_ = 0;
     double growth_ = 0, sigma_ = 0;
+    double fastest_ = 0;  // mu/s, signed feed
     double held_ = 0, held_sigma_ = 0;
     double consistency_ = 1;
     double scatter_ = prior.rough;  // of seats and blanks, as a part of contact-repeatability

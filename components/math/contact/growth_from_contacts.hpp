@@ -64,7 +64,7 @@ public:
     // Whether a contact that could be compared counts as growth.
     Rejection judge(const Reading& reading, const Settings& settings) noexcept {
         Reading r = reading;
-        const double before = r.growth - estimator_.displaced(r.gauge);
+        const double before = r.growth - estimator_.displaced(r.gauge, r.feed);
         if (!(std::abs(before - gate_.growth()) <= settings.max_correction)) return Rejection::too_large;
         const bool admitted = gate_.admits(before, r.tool, r.cycle, settings.gate);
         r.confirmed = admitted && std::abs(before - gate_.growth()) > gate_.spread(settings.gate);
@@ -72,7 +72,7 @@ public:
             case GrowthEstimator::Verdict::withdrawn: return Rejection::withdrawn;
             case GrowthEstimator::Verdict::claim:
                 return admitted ? Rejection::unconfirmed : Rejection::beyond_gate;
-            default: gate_.accept(r.growth - estimator_.displaced(r.gauge)); return Rejection::none;
+            default: gate_.accept(r.growth - estimator_.displaced(r.gauge, r.feed)); return Rejection::none;
         }
     }
 
@@ -125,7 +125,7 @@ public:
     };
     Expected expected(const Reading& r, const Settings& settings) const noexcept {
         if (!known()) return {0, settings.gate.cap / 2};
-        const auto its = estimator_.expected(r.gauge, r.reference_sigma);
+        const auto its = estimator_.expected(r);
         return {its.mean, std::hypot(std::sqrt(its.variance), r.noise, gate(settings) / 3)};
     }
 

@@ -13,13 +13,14 @@ namespace plumb {
 // explain:
 //
 //     g = b + K x + A d + c T        x' = (u - x) / tau,  x(0) = 0        d' = -d / tau,  d(0) = 1
-//     z = g + s + r_i + noise        a contact of gauge i
+//     z = g + s + v l + r_i + noise        a contact of gauge i at the signed feed v
 //
 // b is a slow bias, K the growth in the end for u = 1, A d the unknown heat that the machine had at the
-// start, c the growth by a temperature T, s a shift of all contacts that is not growth, r_i the error of the
-// reference of gauge i, which all its contacts share. They are the state of a Kalman filter (R. E. Kalman, J.
-// Basic Eng. 82, 1960): b and K wander, s and the r_i stand, and contacts correct each by its uncertainty. So
-// many contacts of one gauge do not make the growth more certain than its reference is.
+// start, c the growth by a temperature T, s a shift of all contacts that is not growth, l a delay of the load
+// since the reference, r_i the error of the reference of gauge i, which all its contacts share. They are the
+// state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, s, l and the r_i stand, and
+// contacts correct each by its uncertainty. So many contacts of one gauge do not make the growth more certain
+// than its reference is.
 //
 // Where the drive is above all at which contacts came, K is half unknown: a spindle may saturate there.
 class SpeedDrivenGrowth {
@@ -40,9 +41,9 @@ public:
         std::fill_n(state_.begin(), states, 0);
         state_[gain] = prior.growth;
         most_ = {squared(start_bias * prior.growth), squared(prior.growth),
-                 squared(start_heat * prior.growth), squared(prior.temperature), 0};
-        wander_ = {squared(prior.wander), 0, 0, 0, 0};
-        row_ = {1, 0, 1, 0, 0};
+                 squared(start_heat * prior.growth), squared(prior.temperature), 0, 0};
+        wander_ = {squared(prior.wander), 0, 0, 0, 0, 0};
+        row_ = {1, 0, 1, 0, 0, 0};
         for (std::size_t i = 0; i < states; ++i) {
             std::fill_n(covariance_[i].begin(), states, 0);
             covariance_[i][i] = most_[i];
@@ -77,10 +78,12 @@ public:
 
     static constexpr std::int32_t most_gauges = 64;
 
-    // A gauge, and the standard deviation of its reference in mu before its first contact.
+    // A gauge, the standard deviation of its reference in mu before its first contact, and the signed feed of
+    // this contact in mu/s.
     struct Gauge {
         std::int32_t number = -1;  // 0 ... most_gauges - 1; another one has no error of its own
         double sigma = 0;
+        double feed = 0;
     };
 
     // Mean and variance that a contact of a gauge is expected to have.
@@ -90,7 +93,7 @@ public:
     Expected expected(const Gauge& gauge) const noexcept {
         const std::int32_t slot = slot_of(gauge);
         const double own = slot < 0 ? gauge.sigma * gauge.sigma : covariance_[slot][slot];
-        const Row seen = row_of_contact();
+        const Row seen = row_of_contact(gauge);
         double shared = 0;
         for (std::size_t i = 0; slot >= 0 && i < states; ++i) shared += covariance_[slot][i] * seen[i];
         return {dot(state_, seen) + (slot < 0 ? 0 : state_[slot]), variance(seen) + own + 2 * shared};
@@ -104,7 +107,7 @@ public:
         covariance_[bias][bias] += beyond() * beyond();
         seen_ = std::max(seen_, row_[gain]);
         const std::int32_t slot = introduce(gauge);
-        const Row seen = row_of_contact();
+        const Row seen = row_of_contact(gauge);
         All doubt;
         for (std::size_t i = 0; i < used_; ++i) {
             doubt[i] = dot(covariance_[i], seen);
@@ -125,6 +128,9 @@ public:
     // All contacts may have shifted by any distance of this variance, in mu².
     void shift_all(double variance) noexcept { covariance_[shifted][shifted] += variance; }
 
+    // The load may have another delay, of this variance in s².
+    void delay_all(double variance) noexcept { covariance_[late][late] += variance; }
+
     // The gauges of one tool may have shifted alike: those whose bits are set.
     void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
         for (std::int32_t i = 0; i < most_gauges; ++i)
@@ -134,32 +140,33 @@ public:
                 if (gauges >> i & gauges >> j & 1) covariance_[slots_[i]][slots_[j]] += variance;
     }
 
-    double shift_of_all() const noexcept { return state_[shifted]; }  // mu
-    double error_of(std::int32_t gauge) const noexcept {              // mu, of its reference
-        const std::int32_t slot = slot_of({gauge, 0});
+    double shift_of_all(double feed) const noexcept { return state_[shifted] + feed * state_[late]; }  // mu
+    double error_of(std::int32_t gauge) const noexcept {  // mu, of its reference
+        const std::int32_t slot = slot_of({gauge});
         return slot < 0 ? 0 : state_[slot];
     }
 
     // The growth counts from another origin, lower by a distance in mu.
     void displace(double distance) noexcept { state_[bias] += distance; }
 
-    // The shift of all contacts was growth.
-    void take_shift_as_growth() noexcept {
-        state_[bias] += state_[shifted];
-        for (std::size_t i = 0; i < used_; ++i) covariance_[bias][i] += covariance_[shifted][i];
-        for (std::size_t i = 0; i < used_; ++i) covariance_[i][bias] += covariance_[i][shifted];
+    // The shift of all contacts at this feed was growth.
+    void take_shift_as_growth(double feed) noexcept {
+        take_as_growth(shifted, 1);
+        take_as_growth(late, feed);
         forget_shift();
     }
 
     // All references have been corrected by the shift.
     void forget_shift() noexcept {
-        state_[shifted] = 0;
-        for (std::size_t i = 0; i < used_; ++i) covariance_[shifted][i] = covariance_[i][shifted] = 0;
+        for (const std::size_t its : {shifted, late}) {
+            state_[its] = 0;
+            for (std::size_t i = 0; i < used_; ++i) covariance_[its][i] = covariance_[i][its] = 0;
+        }
     }
 
     // The reference of a gauge was corrected by its error.
     void forget_error(std::int32_t gauge) noexcept {
-        const std::int32_t slot = slot_of({gauge, 0});
+        const std::int32_t slot = slot_of({gauge});
         if (slot >= 0) state_[slot] = 0;
     }
 
@@ -195,30 +202,38 @@ public:
     double largest_gain() const noexcept {
         return std::abs(state_[gain]) + std::sqrt(covariance_[gain][gain]);
     }
-    double growth() const noexcept { return dot(state_, row_); }  // mu
-    double variance() const noexcept { return variance(row_); }   // mu²
+    double growth() const noexcept { return dot(state_, row_, of_growth); }    // mu
+    double variance() const noexcept { return variance(row_, of_growth); }  // mu²
 
 private:
     static constexpr double forgetting = 1.0 / 90000;  // 1/s, of the gain: as 25 h
-    static constexpr std::size_t bias = 0, gain = 1, heat = 2, warmth = 3, shifted = 4, states = 5;
+    static constexpr std::size_t bias = 0, gain = 1, heat = 2, warmth = 3, shifted = 4, late = 5, states = 6;
+    static constexpr std::size_t of_growth = 4;  // of the states: the first ones
     using Row = std::array<double, states>;
 
-    Row row_of_contact() const noexcept {
+    Row row_of_contact(const Gauge& gauge) const noexcept {
         Row row = row_;
         row[shifted] = 1;
+        row[late] = gauge.feed;
         return row;
     }
 
-    double variance(const Row& row) const noexcept {
+    void take_as_growth(std::size_t its, double part) noexcept {
+        state_[bias] += part * state_[its];
+        for (std::size_t i = 0; i < used_; ++i) covariance_[bias][i] += part * covariance_[its][i];
+        for (std::size_t i = 0; i < used_; ++i) covariance_[i][bias] += part * covariance_[i][its];
+    }
+
+    double variance(const Row& row, std::size_t count = states) const noexcept {
         double sum = beyond() * beyond();
-        for (std::size_t i = 0; i < states; ++i) sum += row[i] * dot(covariance_[i], row);
+        for (std::size_t i = 0; i < count; ++i) sum += row[i] * dot(covariance_[i], row, count);
         return sum;
     }
 
     template <class Wide>
-    static double dot(const Wide& a, const Row& b) noexcept {
+    static double dot(const Wide& a, const Row& b, std::size_t count = states) noexcept {
         double sum = 0;
-        for (std::size_t i = 0; i < states; ++i) sum += a[i] * b[i];
+        for (std::size_t i = 0; i < count; ++i) sum += a[i] * b[i];
         return sum;
     }
 

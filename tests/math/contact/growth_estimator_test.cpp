@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -35,6 +37,8 @@ struct Machine {
         ++cycle;
         step(60);
     }
+    std::array<double, 3> feeds{-1.6, -1.6, -1.6};  // mm/s
+
     Verdict contact(int gauge, double growth, double step = 0) {
         GrowthEstimator::Reading r;
         r.growth = growth;
@@ -44,6 +48,9 @@ struct Machine {
         r.gauge = gauge;
         r.of_tool = gauge < 2 ? 3 : 4;
         r.other_tools = true;
+        r.feed = feeds[gauge];
+        r.fastest = *std::min_element(feeds.begin(), feeds.end());
+        r.other_feeds = r.fastest != *std::max_element(feeds.begin(), feeds.end());
         return estimator.judge(r, settings);
     }
     // Cycles in which the gauges show this.
@@ -110,7 +117,7 @@ TEST(GrowthEstimator, TheAnswersToAShift) {
     growth.cycles(2, 20 * um, 20 * um, 20 * um);
     EXPECT_EQ(growth.estimator.shift(), Shift::none);
     EXPECT_NEAR(growth.estimator.growth(), 20 * um, 1 * um);
-    EXPECT_NEAR(other.estimator.displaced(0), 20 * um, 1 * um);
+    EXPECT_NEAR(other.estimator.displaced(0, -1.6), 20 * um, 1 * um);
     other.estimator.shift_is_corrected();
     EXPECT_EQ(other.estimator.shift(), Shift::none);
     other.cycles(2, 0, 0, 0);  // against references that were corrected
@@ -141,6 +148,44 @@ TEST(GrowthEstimator, AShiftOfTheOnlyToolMayHaveAnyCause) {
     for (int n = 0; n < 3; ++n) contact(30 * um);
     EXPECT_EQ(machine.estimator.shift(), Shift::only_tool);
     EXPECT_NEAR(machine.estimator.growth(), 0, 1 * um);
+}
+
+// A pure delay shifts a contact by its feed: at one feed that is like other work.
+TEST(GrowthEstimator, AnotherDelayOfTheLoadIsNamedAtTwoFeeds) {
+    constexpr double delay = 0.015;  // s
+    for (const bool two_feeds : {false, true})
+        for (const bool is_growth : {false, true}) {
+            Machine machine;
+            if (two_feeds) machine.feeds[1] = -0.8;
+            machine.cycles(5, 0, 0, 0);
+            const auto at = [&](int gauge) { return delay * machine.feeds[gauge] + 2 * um; };
+            machine.cycles(10, at(0), at(1), at(2));
+            GrowthEstimator& estimator = machine.estimator;
+            EXPECT_EQ(estimator.shift(), two_feeds ? Shift::by_feed : Shift::all);
+            EXPECT_NEAR(estimator.shift_size(), delay * -1.6, 3 * um);
+            EXPECT_NEAR(estimator.growth(), 0, 3 * um);
+            EXPECT_NEAR(estimator.displaced(0, -0.4), two_feeds ? delay * -0.4 : delay * -1.6, 3 * um);
+            if (is_growth) {
+                estimator.shift_is_growth();
+                EXPECT_NEAR(estimator.growth(), at(0), 2 * um);
+                continue;
+            }
+            const double left = at(1) - estimator.displaced(1, machine.feeds[1]);
+            estimator.shift_is_corrected();
+            EXPECT_EQ(estimator.shift(), Shift::none);
+            machine.cycles(4, left, left, left);
+            EXPECT_EQ(estimator.shift(), Shift::none);
+            EXPECT_NEAR(estimator.growth(), left, 1 * um);
+        }
+}
+
+TEST(GrowthEstimator, OtherWorkIsNoDelayAtTwoFeeds) {
+    Machine machine;
+    machine.feeds = {-1.6, -0.8, -1.2};
+    machine.cycles(5, 0, 0, 0);
+    machine.cycles(3, 25 * um, 25 * um, 25 * um);
+    EXPECT_EQ(machine.estimator.shift(), Shift::all);
+    EXPECT_NEAR(machine.estimator.shift_size(), 25 * um, 2 * um);
 }
 
 TEST(GrowthEstimator, AChangeAfterAnotherSpeedIsGrowth) {

@@ -22,6 +22,8 @@ GrowthShop shop_with(std::vector<GrowthShop::Gauge> gauges) {
 const std::vector<GrowthShop::Gauge> one_tool{{1, 0.7 * um}, {1, 0.7 * um}};
 const std::vector<GrowthShop::Gauge> two_tools{{1, 0.7 * um}, {1, 0.7 * um}, {4, 0.7 * um}};
 
+const std::vector<GrowthShop::Gauge> two_feeds{{1, 0.7 * um}, {1, 0.7 * um, -0.833}};
+
 struct Score {
     int cuts = 0, told = 0, worse = 0, silent = 0, asked = 0, within = 0, messages = 0;
     double with = 0, without = 0;
@@ -33,9 +35,10 @@ struct Score {
             ++cuts;
             told += cut.told;
             asked += cut.asked;
-            // The panel alone shows that a part of the growth is applied, or that it is unknown.
+            // The panel alone shows a growth that is uncertain, or unknown at a start: there is nothing to do.
             const auto doubt = static_cast<Doubt>(cut.doubt);
-            const bool message = cut.told && doubt != Doubt::held_back && doubt != Doubt::unknown;
+            const bool message = cut.told && doubt != Doubt::prediction && doubt != Doubt::uncertain &&
+                                 doubt != Doubt::held_back && doubt != Doubt::unknown;
             messages += message && !before;
             before = message;
             const bool harm = std::abs(cut.error) > std::abs(cut.without) + 5 * um;
@@ -76,12 +79,15 @@ TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
         double distance;
         const std::vector<GrowthShop::Gauge>* gauges;
         std::int32_t tool;  // 0: all
+        double delay = 0;   // s, of the load
     };
     const Case cases[]{{"the only tool longer", 30 * um, &one_tool, 0},
                        {"one of two tools longer", 30 * um, &two_tools, 4},
                        {"higher blanks", 25 * um, &two_tools, 0},
                        {"the filter of the drive from 20 to 50 ms", -50 * um, &two_tools, 0},
                        {"15 ms of bus latency", -25 * um, &two_tools, 0},
+                       {"15 ms of bus latency, at two feeds", 0, &two_feeds, 0, 0.015},
+                       {"higher blanks, at two feeds", 25 * um, &two_feeds, 0},
                        {"a new fixture", 50 * um, &two_tools, 0}};
     for (const double size : {5 * um, 12 * um})
         for (const Case& its : cases) {
@@ -91,7 +97,7 @@ TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
                 const double begin = 7200 + 400 * (seed % 9);
                 shop.shift = [&](double t, std::size_t gauge) {
                     const bool its_tool = its.tool == 0 || shop.gauges[gauge].tool == its.tool;
-                    return t >= begin && its_tool ? its.distance : 0.0;
+                    return t >= begin && its_tool ? its.distance + its.delay * shop.gauges[gauge].feed : 0.0;
                 };
                 const auto growth = std::make_unique<GrowthFromContacts>();
                 score.add(shop.run(drawn_growth(seed, size, seed % 2, 6), 6, seed, *growth), begin);
