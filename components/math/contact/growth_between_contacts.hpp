@@ -119,35 +119,16 @@ public:
         return std::sqrt(std::max(0.0, sum));
     }
 
-    // See SpeedDrivenGrowth.
-    void forget_bias(double variance) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.forget_bias(variance);
-    }
-    void shift_all(double variance) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.shift_all(variance);
-    }
-    void delay_all(double variance) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.delay_all(variance);
-    }
-    void shift(std::uint64_t gauges, double sigma, double variance) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.shift(gauges, sigma, variance);
-    }
-    void displace(double distance) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.displace(distance);
-        for (Estimate& estimate : estimates_) estimate.growth += distance;
-    }
-    void take_shift_as_growth(double feed) noexcept {
+    // Changes each filter: change(SpeedDrivenGrowth&).
+    template <class Change>
+    void change(const Change& change) noexcept {
         for (std::size_t i = 0; i < lags.size(); ++i) {
-            filters_[i].take_shift_as_growth(feed);
+            change(filters_[i]);
             estimates_[i] = {filters_[i].growth(), filters_[i].variance()};
         }
     }
-    void forget_shift() noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.forget_shift();
-    }
-    void forget_error(std::int32_t gauge) noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.forget_error(gauge);
-    }
+
+    // See SpeedDrivenGrowth.
     double shift_of_all(double feed) const noexcept {
         return mean([&](const SpeedDrivenGrowth& filter) { return filter.shift_of_all(feed); });
     }
@@ -158,11 +139,6 @@ public:
         return mean([](const SpeedDrivenGrowth& filter) { return filter.largest_gain(); });
     }
     double fastest_response() const noexcept { return filters_.front().driven(); }
-
-    // All gauges have new references.
-    void renew_gauges() noexcept {
-        for (SpeedDrivenGrowth& filter : filters_) filter.renew_gauges();
-    }
 
     // Returns to the state after start.
     void forget() noexcept { started_ = known_ = false; }

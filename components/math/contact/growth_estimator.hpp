@@ -120,7 +120,7 @@ public:
     // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
         alive_ = 1;
-        at(0).model.renew_gauges();
+        at(0).model.change([](SpeedDrivenGrowth& its) { its.renew_gauges(); });
         at(0).forget_shifts();
         shift_ = Shift::none;
         withdrawn_ = 0;
@@ -192,15 +192,16 @@ public:
         if (shift_ == Shift::none) return;
         alive_ = 1;
         at(0).hold(at(0).held + at(0).model.shift_of_all(fastest_));
-        at(0).model.take_shift_as_growth(fastest_);
+        at(0).model.change([&](SpeedDrivenGrowth& its) { its.take_shift_as_growth(fastest_); });
         at(0).forget_shifts();
         finish(true);
     }
     void shift_is_corrected() noexcept {
         alive_ = 1;
-        for (std::int32_t i = 0; i < ContactReferences::capacity; ++i)
-            if (at(0).of_tool & bit(i)) at(0).model.forget_error(i);
-        at(0).model.forget_shift();
+        at(0).model.change([&](SpeedDrivenGrowth& its) {
+            its.forget_errors(at(0).of_tool);
+            its.forget_shift();
+        });
         at(0).forget_shifts();
         finish(false);
     }
@@ -208,7 +209,7 @@ public:
     // The growth counts from another origin, lower by -distance in mu.
     void displace(double distance) noexcept {
         for (std::int32_t i = 0; i < alive_; ++i) {
-            at(i).model.displace(distance);
+            at(i).model.change([&](SpeedDrivenGrowth& its) { its.displace(distance); });
             at(i).held += distance;
         }
         held_ += distance;
@@ -416,19 +417,19 @@ private:
         if (c.answer == Answer::outlier) return;
         const double shift2 = settings.cap * settings.cap / 4;
         if (c.answer == Answer::tool) {
-            h.model.shift(r.of_tool, r.reference_sigma, shift2);
+            h.model.change([&](SpeedDrivenGrowth& its) { its.shift(r.of_tool, r.reference_sigma, shift2); });
             h.of_tool |= r.of_tool;
         }
         if (c.answer == Answer::all) {
-            h.model.shift_all(shift2);
+            h.model.change([&](SpeedDrivenGrowth& its) { its.shift_all(shift2); });
             h.all = true;
             h.alone = !r.other_tools;
         }
         if (c.answer == Answer::delay) {
-            h.model.delay_all(squared(prior.largest_delay));
+            h.model.change([](SpeedDrivenGrowth& its) { its.delay_all(squared(prior.largest_delay)); });
             h.late = true;
         }
-        if (c.answer == Answer::work) h.model.forget_bias(c.fast);
+        if (c.answer == Answer::work) h.model.change([&](SpeedDrivenGrowth& its) { its.forget_bias(c.fast); });
         const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
                                                                           settings.between.repeatability);
         h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);

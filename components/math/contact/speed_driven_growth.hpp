@@ -164,10 +164,10 @@ public:
         }
     }
 
-    // The reference of a gauge was corrected by its error.
-    void forget_error(std::int32_t gauge) noexcept {
-        const std::int32_t slot = slot_of({gauge});
-        if (slot >= 0) state_[slot] = 0;
+    // The references of the gauges whose bits are set were corrected by their errors.
+    void forget_errors(std::uint64_t gauges) noexcept {
+        for (std::int32_t i = 0; i < most_gauges; ++i)
+            if (gauges >> i & 1 && slots_[i] >= 0) state_[slots_[i]] = 0;
     }
 
     // All gauges have new references.
