@@ -5,6 +5,7 @@
 import contextlib
 import os
 import signal
+import subprocess
 import sys
 
 import linuxcnc
@@ -476,7 +477,10 @@ class Shift(Scenario):
             self.await_pin("interlock.service-ok-%d" % service, 1)
         self.machine.wait(0.5)
         self.facts[self.scenes[-1]] = [self.host.get("interlock.feed-inhibit"), self.host.get("interlock.function-enable-0")]
+        x = self.host.get("joint.0.pos-cmd")
         self.await_message("strokes need")
+        self.machine.wait(0.5)
+        self.facts[self.scenes[-1]] += [self.host.get("joint.0.pos-cmd") - x, self.host.get("motion.motion-type")]
         self.machine.abort()
         self.host.set("interlock.function-switch-0", 0)
         self.machine.wait(0.1)
@@ -498,7 +502,11 @@ class Shift(Scenario):
         self.await_end_of_stroke()
 
     def io_returns(self):
+        """LinuxCNC's task can take a move for done that has not begun, and shows no program then: the move is held still."""
+        subprocess.run(["halcmd", "unlinkp", "interlock.program-running"], check=True)
+        self.host.set("interlock.program-running", 0)
         self.go_on()
+        subprocess.run(["halcmd", "net", "program-running", "interlock.program-running"], check=True)
 
     def link_dies(self):
         self.host.set("interlock.service-timeout-1", 2)

@@ -125,7 +125,8 @@ struct Interlock final : hal::Component {
                                       commissioning.held_stages(), commissioning.tried_functions()}) &&
             good_feed_needs;
         const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
-        const bool loss = services.any_lost(holding) || (running && functions.any_withdrawn());
+        // Task may take a move for done that has not begun: motion knows better.
+        const bool loss = services.any_lost(holding) || ((running || type != 0) && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
         const Waiting reason = request({probing, homed, loss, type != 0 && speed > 0,

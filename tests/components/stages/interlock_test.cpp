@@ -380,6 +380,28 @@ TEST(Interlock, FeedWaitsAfterAWithdrawalUntilTheProgramEndsOrTheFunctionIsRenew
     }
 }
 
+TEST(Interlock, AMoveWaitsAfterAWithdrawalAlsoWhereTaskKnowsOfNone) {
+    Machine machine;
+    machine.load({{"service-timeout-4", 0.05},
+                  {"feed-services", 16},
+                  {"function-services-0", 16},
+                  {"function-urgent-0", 16},
+                  {"motion-type", 2},
+                  {"function-switch-0", 1}});
+    machine.beat(4, true);
+    machine.start_cycle();
+    machine.beat(4, false);
+    machine.step(60);
+    machine.beat(4, true);
+    machine.step(1000);
+    EXPECT_TRUE(machine.get("service-ok-4"));
+    EXPECT_FALSE(machine.get("function-enable-0"));
+    EXPECT_TRUE(machine.get("feed-inhibit"));
+    machine.set("motion-type", 0);
+    machine.step();
+    EXPECT_FALSE(machine.get("feed-inhibit")) << "after an abort";
+}
+
 TEST(Interlock, FunctionThatWasKeptUntilItsServiceReturnedGoesOn) {
     Machine machine;
     machine.load({{"function-busy-0", 1}, {"function-switch-0", 1}});
@@ -790,7 +812,7 @@ public:
         const double feed_sum = inputs["feed-services"];
         const bool good_feed_sum = feed_sum >= 0 && feed_sum <= 255;
         good_sums &= good_feed_sum;
-        bool loss = withdrawn && on("program-running");
+        bool loss = withdrawn && (on("program-running") || inputs["motion-type"] != 0);
         for (int service = 0; service < services; ++service)
             if (!good_feed_sum || static_cast<int>(feed_sum) >> service & 1)
                 loss |= outputs[numbered("service-lost", service)] == 1;
