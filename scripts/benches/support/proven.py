@@ -15,7 +15,7 @@ ROW = "lower upper speed acceleration sections lower-offset upper-offset lower-f
 class Outcome:
     def __init__(self):
         self.cycles = None  # until both dead points stay within WITHIN
-        self.beyond = self.error = 0.0  # um
+        self.beyond = self.beyond_later = self.error = 0.0  # um; later: once it was a twentieth of the stroke inside
         self.factor = 0.0  # of the speed, in the second cycle
         self.fault = 0
 
@@ -79,11 +79,7 @@ def another(host, plant, drawn, draw, kind):
 def watch(host, plant, lower, upper, cycle):
     outcome, last_bad = Outcome(), 0
     host.run(3)
-    host.set("chop.run", True)
-    within = 0.05 * (upper - lower)  # where an axis stands beyond R, before its first stroke, does not count
-    while not lower + within < host.get(f"{plant}.truth-position") < upper - within and not host.get("chop.fault"):
-        host.run(0.005)
-    forget_farthest(host)
+    outcome.beyond = way_inside(host, plant, lower, upper)
     names = ["chop.stroke-count", "chop.active", "chop.speed-factor", f"{plant}.truth-upper", f"{plant}.truth-lower"]
     count, active, _, *seen = host.get(names)
     while count < STROKES and active:
@@ -97,10 +93,33 @@ def watch(host, plant, lower, upper, cycle):
         seen = now
         outcome.error = UM * max(abs(now[0] - upper), abs(lower - now[1]))
     outcome.fault = host.get("chop.fault-code")
-    outcome.beyond = UM * max(host.get("far.max") - upper, lower - host.get("far.min"))
+    outcome.beyond_later = farthest(host, lower, upper)
+    outcome.beyond = max(outcome.beyond, outcome.beyond_later)
     if active and outcome.error <= WITHIN:
         outcome.cycles = (last_bad + 1) // 2
     return outcome
+
+
+def way_inside(host, plant, lower, upper):
+    """Starts the strokes, and waits until the axis is a twentieth of the stroke inside. Returns how far it was beyond meanwhile, um.
+
+    Friction lets an axis stand beyond R, which can be a dead point. No stroke has taken it there: until it has first been inside
+    only what it goes farther out counts. From then on all counts.
+    """
+    stood = max(0, UM * (host.get(f"{plant}.truth-position") - upper), UM * (lower - host.get(f"{plant}.truth-position")))
+    forget_farthest(host)
+    host.set("chop.run", True)
+    beyond = 0
+    for within, allowed in ((0, stood), (0.05 * (upper - lower), 0)):
+        while not lower + within <= host.get(f"{plant}.truth-position") <= upper - within and not host.get("chop.fault"):
+            host.run(0.001)
+        beyond = max(beyond, farthest(host, lower, upper) - allowed)
+        forget_farthest(host)
+    return beyond
+
+
+def farthest(host, lower, upper):
+    return UM * max(host.get("far.max") - upper, lower - host.get("far.min"))
 
 
 def table(found):
@@ -123,7 +142,7 @@ def table(found):
 
 def rows(axes, found):
     """The header and a row for each stroke of the axes that had learned their first one."""
-    names = "cycles factor beyond error fault".split()
+    names = "cycles factor beyond beyond_later error fault".split()
     learned = [(axis, outcomes) for axis, outcomes in zip(axes, found) if outcomes]
     return ["plant", "seed", "kind", *names], [
         [*axis, kind, *(getattr(its, name) for name in names)] for axis, outcomes in learned for kind, its in outcomes.items()
