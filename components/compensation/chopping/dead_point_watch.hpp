@@ -124,7 +124,8 @@ private:
         if (doubts_[upper] >= 2) return Event::wrong_scale;
         if (doubts_[0] + doubts_[1] > 0 || !present.without_override || its.speed != present.speed)
             return Event::none;
-        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound, its.opposite))
+        if (its.braking != learning_.braking() ||
+            !learning_.has(upper, its.bound, its.opposite, its.learned))
             return Event::none;
         switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
                                    {its.length, leaving})) {

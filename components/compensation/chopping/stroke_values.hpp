@@ -86,6 +86,16 @@ struct StrokeValues {
                            [](const SpeedSection& each) { return each.kind == SpeedSection::off; });
     }
 
+    // The length, to the way from the last change of speed to a dead point.
+    double shortness(const Reciprocation& base, bool upward) const noexcept {
+        const double end = upward ? base.upper : base.lower, length = base.stroke();
+        double way = length;
+        for (const SpeedSpan& each : SpeedSections::spans(stroke.sections, base, upward))
+            for (const double edge : {each.from, each.to})
+                if (std::abs(edge - end) > length / 100) way = std::min(way, std::abs(edge - end));
+        return length / way;
+    }
+
     // How learning learns between these dead points.
     DeadPointLearning::Settings learned(double low, double high) const noexcept {
         const double length = high - low;
@@ -98,6 +108,7 @@ struct StrokeValues {
         its.reversal = {OscillationLeg::reversal(base, low, planned),
                         OscillationLeg::reversal(base, high, planned)};
         its.crank = std::min(its.reversal[0], its.reversal[1]) / base.peak_acceleration();
+        its.shortness = {shortness(base, false), shortness(base, true)};
         its.stretching = its.crank < 1 ? 0 : stroke.timed ? 1 : -1;
         its.even = even();
         return its;

@@ -41,6 +41,8 @@ public:
         std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed; 0: unknown
         double crank = 1;                  // that acceleration, to that of a crank of the same speed
         int stretching = -1;               // the power of the length with which it goes
+        // The length, to the way from the last change of speed to an end.
+        std::array<double, 2> shortness{1, 1};
         bool even = true;                  // without sections
         int command = 0;                   // a number that changes with the way from stroke to command
 
@@ -48,7 +50,8 @@ public:
             return inset == other.inset && gain == other.gain && most == other.most &&
                    tolerance == other.tolerance && most_beyond == other.most_beyond &&
                    demand == other.demand && reversal == other.reversal && crank == other.crank &&
-                   stretching == other.stretching && even == other.even && command == other.command;
+                   stretching == other.stretching && shortness == other.shortness && even == other.even &&
+                   command == other.command;
         }
     };
 
@@ -61,6 +64,7 @@ public:
         settings_ = settings;
         if (stroke == stroke_ && used_) return;
         stroke_ = stroke;
+        number_ = number_ % 1000000 + 1;
         used_ = true;
         climb_.open();
         trips_ = 0;
@@ -123,6 +127,7 @@ public:
     // correction was learned, the end lies inside by as much as the axis turns beyond, and a part of the
     // inset.
     void restrain(OscillationSettings& settings) const noexcept {
+        settings.learned = number_;
         if (!(settings_.demand > 0)) return;
         const double longer = 1 + std::max(offset_[0] + offset_[1], 0.0) / length();  // in the same time
         const double most = std::max(1.05 * settings_.demand * longer * climb_.level(), nearly * proven_);
@@ -157,9 +162,10 @@ public:
         return excess >= std::min(last, grown) - slack && excess <= std::max(last, grown) + slack;
     }
 
-    // Whether a dead point and the one before it are those of the stroke that it learns.
-    bool has(bool upper, double bound, double before) const noexcept {
-        return bound == (upper ? stroke_.upper : stroke_.lower) &&
+    // Whether a dead point and the one before it are those of the stroke that it learns, which was selected
+    // when its stroke was planned. `number` is that of restrain().
+    bool has(bool upper, double bound, double before, int number) const noexcept {
+        return number == number_ && bound == (upper ? stroke_.upper : stroke_.lower) &&
                before == (upper ? stroke_.lower : stroke_.upper);
     }
 
@@ -202,10 +208,10 @@ public:
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
         known_[upper] = true;
-        predicts_[upper] = false;
+        const bool predicted = std::exchange(predicts_[upper], false);
         if (climb_.complete()) {
             correct(upper, error, used,
-                    lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()});
+                    lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()}, predicted);
             reference_[upper] = acceleration;
         } else if (error > settings_.most_beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
@@ -285,7 +291,7 @@ private:
         }
         double doubt = its.doubt;
         strange_[upper] = !settings_.even || !turns_[upper].covers(acceleration, length());
-        if (strange_[upper]) doubt = std::max(doubt, uneven_doubt(its.beyond));
+        if (strange_[upper]) doubt = std::max(doubt, uneven_doubt(upper, its.beyond));
         offset_[upper] = bounded(-its.beyond - doubt, settings_.most);
         excess_[upper] = its.beyond;
         reference_[upper] = settings_.reversal[upper];
@@ -294,9 +300,12 @@ private:
     }
 
     // Mu, of a turn beside a section, which no even stroke explains, and of a stroke that is quicker than all
-    // others: an axis that lags can turn beyond there.
-    double uneven_doubt(double beyond) const noexcept {
-        return std::max(settings_.inset + std::max(beyond, 0.0) / 2, -0.6 * beyond);
+    // others: an axis that lags can turn beyond there. An overshoot grows with the square of the frequency,
+    // which is that of the way from the last change of speed; with a reserve of 30 %.
+    double uneven_doubt(bool upper, double beyond) const noexcept {
+        const double shortness = settings_.shortness[upper], over = std::max(beyond, 0.0);
+        const double grown = std::min(1.3 * over * (shortness * shortness - 1), largest_growth * length());
+        return std::max({settings_.inset + over / 2, grown, -0.6 * beyond});
     }
 
     void forget_turns() noexcept {
@@ -313,7 +322,8 @@ private:
         return std::max(std::sqrt(std::max(now, before * Climb::pause)), slow);
     }
 
-    void correct(bool upper, double error, double used, const Lengths& lengths) noexcept {
+    // After the first turn since a start, whose end was predicted, it ends inside: the start is still in it.
+    void correct(bool upper, double error, double used, const Lengths& lengths, bool predicted) noexcept {
         TurnTrend& trend = trends_[upper];
         const TurnTrend::Turn turn{error - used, (lengths.before + lengths.after) / 2};
         const bool had = std::exchange(remembers_[upper], false);
@@ -333,6 +343,8 @@ private:
                                 : turn.beyond > 0                    ? strange_part
                                                                      : strange_lag_part;
             its = used + part * (trend.end(others) - used);
+            if (predicted && !strange_[upper])
+                its -= std::min(start_part * std::abs(turn.beyond), 0.8 * settings_.most_beyond);
         }
         if (!was_learned_ && error < settings_.tolerance) {
             its -= trend.doubt(others + its, strange_[upper] ? 0.3 : 0.5);
@@ -519,6 +531,8 @@ private:
     static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
     // Of an error: a correction, and the first one where no stroke explains the turn: an overshoot, a lag.
     static constexpr double nearly_all = 0.97, strange_part = 0.75, strange_lag_part = 0.9;
+    static constexpr double start_part = 0.08;    // of a turn, by which the start moves it
+    static constexpr double largest_growth = 0.05;  // of the length
     static constexpr double again = 0.975;  // of a correction, in the first stroke of a region
     static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
 
@@ -526,6 +540,7 @@ private:
     Stroke stroke_;
     LearnedStrokes strokes_;
     Climb climb_;
+    int number_ = 0;  // of the stroke, which changes with each that is selected
     bool used_ = false, was_learned_ = false, weak_drive_ = false;
     bool doubted_ = false;  // the axis is not the one that learned
     std::array<double, 2> offset_{}, used_offset_{}, error_{};

@@ -23,6 +23,7 @@ struct OscillationLeg {
         bool regular = false;     // it ends a stroke from one dead point to the other of the same region
         double bound = 0;         // the dead point
         double opposite = 0;      // the one from which its stroke comes
+        int learned = 0;          // number of the stroke for which its end was learned
         double offset = 0;        // outward, of the commanded end
         double acceleration = 0;  // of the reversal
         double speed = 0;         // mu/s, peak
@@ -104,6 +105,7 @@ struct OscillationLeg {
         arrival.regular = regular;
         arrival.bound = bound;
         arrival.opposite = opposite;
+        arrival.learned = now.learned;
         arrival.offset = upward ? request.to - bound : bound - request.to;
         arrival.acceleration = at_turn;
         arrival.speed = now.speed;

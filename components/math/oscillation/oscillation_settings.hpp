@@ -26,6 +26,7 @@ struct OscillationSettings {
     double end_position = 0;
     std::int32_t strokes = 0;    // 0: until stopped
     std::int32_t spark_out = 0;  // strokes after that
+    int learned = 0;             // number of the stroke for which its ends are learned
     bool upward_first = false;
     bool timed = false;                // a stroke keeps its time where its ends are learned, not its speed
     Stop ending = Stop::end_position;  // after the last stroke; a dead point or end_position
@@ -36,7 +37,7 @@ struct OscillationSettings {
             return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.braking, its.largest_speed,
                             its.caution,
                             its.lower_dwell, its.upper_dwell, its.exact_stop, its.lowest, its.highest,
-                            its.end_position, its.strokes, its.spark_out, its.upward_first, its.timed,
+                            its.end_position, its.strokes, its.spark_out, its.learned, its.upward_first, its.timed,
                             its.ending, its.sections);
         };
         return all(*this) == all(other);

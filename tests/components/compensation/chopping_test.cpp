@@ -1046,7 +1046,7 @@ TEST_F(Learned, AnAxisThatIsTooWeakForTheCorrectionIsReported) {
     EXPECT_LE(get("upper-correction"), 0.1);
 }
 
-// Holds, overrides, shifts, stops and starts of a learned axis, at drawn times.
+// Holds, overrides, shifts, stops, starts and sections of a learned axis, at drawn times.
 TEST_F(Chopping, NothingThatAnOperatorDoesTakesTheAxisBeyond) {
     for (const int seed : {8, 10}) {
         SCOPED_TRACE(seed);
@@ -1062,7 +1062,7 @@ TEST_F(Chopping, NothingThatAnOperatorDoesTakesTheAxisBeyond) {
         ASSERT_EQ(own.get("chop.learned"), 1);
         own.expect("z <= -7.995 && z >= -20.005", {{"z", "axis.truth-position"}});
         for (int i = 0; i < rounds(80, 20); ++i) {
-            switch (random.index(4)) {
+            switch (random.index(5)) {
                 case 0: own.set("chop.feed-hold", random.uniform() < 0.3); break;
                 case 1: {
                     const double parts[] = {1, 1, 0.5, 0.1, 1.5};
@@ -1076,6 +1076,12 @@ TEST_F(Chopping, NothingThatAnOperatorDoesTakesTheAxisBeyond) {
                 case 3:
                     own.set("chop.stop-kind", 1 + random.index(2));
                     own.set("chop.run", random.uniform() < 0.7);
+                    break;
+                case 4:
+                    own.set("chop.section-0-from", random.uniform(-18, -15));
+                    own.set("chop.section-0-to", random.uniform(-14, -10));
+                    own.set("chop.section-0-ratio", random.uniform(0.3, 0.8));
+                    own.set("chop.section-0-kind", random.uniform() < 0.7 ? 2 : 0);
                     break;
             }
             own.run(random.uniform(0.05, 1.5));

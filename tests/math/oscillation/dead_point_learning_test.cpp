@@ -395,10 +395,66 @@ TEST(DeadPointLearning, ALagBesideASectionIsRightInItsFourthCycle) {
 TEST(DeadPointLearning, AStrokeFromAnotherDeadPointIsNoneThatItLearns) {
     DeadPointLearning learning;
     learning.select(stroke, usual());
-    EXPECT_TRUE(learning.has(true, 40, 10));
-    EXPECT_TRUE(learning.has(false, 10, 40));
-    EXPECT_FALSE(learning.has(false, 10, 38)) << "of the region before";
-    EXPECT_FALSE(learning.has(true, 38, 10));
+    OscillationSettings planned;
+    learning.restrain(planned);
+    EXPECT_TRUE(learning.has(true, 40, 10, planned.learned));
+    EXPECT_TRUE(learning.has(false, 10, 40, planned.learned));
+    EXPECT_FALSE(learning.has(false, 10, 38, planned.learned)) << "of the region before";
+    EXPECT_FALSE(learning.has(true, 38, 10, planned.learned));
+}
+
+TEST(DeadPointLearning, AStrokeThatWasPlannedWithOtherSectionsIsNoneThatItLearns) {
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    OscillationSettings planned;
+    learning.restrain(planned);
+    learning.select({10, 40, 100, 1000, 1}, usual());
+    EXPECT_FALSE(learning.has(true, 40, 10, planned.learned));
+    learning.restrain(planned);
+    EXPECT_TRUE(learning.has(true, 40, 10, planned.learned));
+    learning.select({10, 40, 100, 1000, 1}, usual());
+    EXPECT_TRUE(learning.has(true, 40, 10, planned.learned)) << "selected again";
+}
+
+// The shorter the way from the section to the end, the quicker the turn.
+TEST(DeadPointLearning, AnOvershootBesideASectionGrowsWithTheSquareOfTheFrequency) {
+    const Axis axis{0.02};
+    for (const double shortness : {1.0, 5.0, 100.0}) {
+        DeadPointLearning learning;
+        DeadPointLearning::Settings settings = usual();
+        settings.most = 5;
+        settings.reversal = {600, 600};
+        learning.select(stroke, settings);
+        for (int i = 0; i < 30; ++i) {
+            axis.cycle(learning);
+            for (const bool upper : {false, true}) learning.turned(upper, {600, 600, 30, 1}, 0.02);
+        }
+        settings.even = false;
+        settings.shortness = {shortness, 1};
+        learning.select({10, 40, 100, 1000, 1}, settings);
+        const double grown = std::min(1.3 * 0.02 * (shortness * shortness - 1), 0.05 * 30);
+        EXPECT_NEAR(learning.offset(false, 600, 100), -0.02 - std::max(0.31, grown), 2 * um) << shortness;
+        EXPECT_NEAR(learning.offset(true, 600, 100), -0.02 - 0.3 - 0.01, 2 * um);
+    }
+}
+
+TEST(DeadPointLearning, TheFirstTurnAfterAStartCorrectsLess) {
+    LaggingAxis axis{0.1, 1};
+    DeadPointLearning learning;
+    DeadPointLearning::Settings settings = usual();
+    settings.most = 5;
+    settings.reversal = {600, 600};
+    learning.select(stroke, settings);
+    for (int i = 0; i < 40; ++i) axis.cycle(learning);
+    ASSERT_TRUE(learning.learned());
+    learning.select({5, 35, 90, 1000, 0}, settings);
+    EXPECT_EQ(learning.speed_factor(), 1);
+    axis.lag = 0.107;  // in the start
+    EXPECT_LE(axis.cycle(learning), 0);
+    axis.lag = 0.1;
+    EXPECT_LE(axis.cycle(learning), 5 * um);
+    axis.cycle(learning);
+    EXPECT_LE(std::abs(axis.cycle(learning)), 2 * um);
 }
 
 TEST(DeadPointLearning, TheShorterStrokeOfAStartCorrectsNoLearnedEnd) {
@@ -428,7 +484,9 @@ TEST(DeadPointLearning, AnEndGoesOnlyInwardBetweenStrokesOfAnotherLength) {
         for (const double other : {-1.0, 1.0}) {
             const double its = learning.offset(true, 600, 100, 30 + axis.ends[0] + other);
             EXPECT_LE(its, steady + um);
-            if (other * lag > 0) EXPECT_LT(its, steady - std::abs(lag) / 60 + um) << "turns farther out";
+            if (other * lag > 0) {
+                EXPECT_LT(its, steady - std::abs(lag) / 60 + um) << "turns farther out";
+            }
         }
     }
 }
