@@ -202,21 +202,28 @@ public:
     // acceleration of the reversal, the speed, and the lengths, of strokes at the present speed factor.
     Verdict measured(bool upper, double error, double used, double acceleration, double speed,
                      Lengths lengths = {}) noexcept {
-        if (was_learned_ && lengths.before > 0 && differs(lengths)) return Verdict::none;
+        const bool beyond = error > settings_.most_beyond;
+        if (was_learned_ && !beyond && lengths.before > 0 && differs(lengths)) return Verdict::none;
         error_[upper] = error;
-        used_offset_[upper] = used;
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
         known_[upper] = true;
         const bool predicted = std::exchange(predicts_[upper], false);
+        if (was_learned_) shift_[upper] = excess_[upper] - steady_excess_[upper];
         if (climb_.complete()) {
-            correct(upper, error, used,
+            if (!waits(upper)) correct(upper, error, used,
                     lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()}, predicted);
             reference_[upper] = acceleration;
-        } else if (error > settings_.most_beyond) {
+        } else if (beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
         }
-        return known_[0] && known_[1] ? cycle() : Verdict::none;
+        if (slips()) {
+            offset_ = steady_offset_;
+            known_ = {false, false};
+            return ++slips_ >= 3 ? Verdict::slips : Verdict::none;
+        }
+        slips_ = 0;
+        return known_[0] && known_[1] ? cycle(upper) : Verdict::none;
     }
 
     bool learned() const noexcept { return good_ >= 2; }
@@ -264,6 +271,8 @@ private:
             if (predicts_[i]) predict(i);
         }
         known_ = {false, false};
+        shift_ = {};
+        waited_ = {false, false};
         cycles_ = good_ = slips_ = unshown_ = 0;
         was_learned_ = false;
         drift_ = 0;
@@ -357,16 +366,18 @@ private:
         slopes_[upper] = trend.slope();
     }
 
-    Verdict cycle() noexcept {
+    // `upper` is the last dead point. Where only this one is beyond, the other one decides whether the scale
+    // slips.
+    Verdict cycle(bool upper) noexcept {
         known_ = {false, false};
         const bool beyond = std::max(error_[0], error_[1]) > settings_.most_beyond;
+        known_[upper] = was_learned_ && beyond && !(error_[!upper] > settings_.most_beyond);
+        if (known_[upper]) return Verdict::none;
         if (!climb_.complete()) {
             if (beyond) return pass_beyond();
             rise();
             return Verdict::none;
         }
-        if (slips()) return ++slips_ >= 2 ? Verdict::slips : Verdict::none;
-        slips_ = 0;
         if (beyond) return pass_beyond();
         if (cycles_ < 1000000) ++cycles_;
         const bool within =
@@ -380,6 +391,8 @@ private:
         }
         if (!learned()) return Verdict::none;
         was_learned_ = true;
+        steady_excess_ = excess_;
+        steady_offset_ = offset_;
         doubted_ = false;
         if (climb_.capped()) return Verdict::none;  // not learned for the full speed
         const Learned* known = strokes_.find(stroke_);
@@ -392,14 +405,19 @@ private:
         return Verdict::none;
     }
 
-    // Both dead points have moved the same way by as much: the scale has, or the joint. Such a cycle corrects
+    // Whether the axis turns inside of where it did, for the first time: if the other dead point has moved
+    // the same way the scale slips, and a correction would take the axis beyond.
+    bool waits(bool upper) noexcept {
+        const bool before = waited_[upper];
+        waited_[upper] = std::max(shift_[upper], error_[upper]) < -2 * settings_.tolerance;
+        return waited_[upper] && !before;
+    }
+
+    // Both dead points have moved the same way by as much: the scale has, or the joint. Such a turn corrects
     // nothing.
-    bool slips() noexcept {
-        const double apart = std::abs(error_[0] - error_[1]) / 2,
-                     common = std::abs(error_[0] + error_[1]) / 2;
-        if (!was_learned_ || apart <= std::max(2 * settings_.tolerance, 3 * common)) return false;
-        offset_ = used_offset_;
-        return true;
+    bool slips() const noexcept {
+        const double apart = std::abs(shift_[0] - shift_[1]) / 2, common = std::abs(shift_[0] + shift_[1]) / 2;
+        return was_learned_ && apart > std::max(2 * settings_.tolerance, 3 * common);
     }
 
     // The first time learning begins again. After the second one the speed stays at the last good one.
@@ -543,7 +561,10 @@ private:
     int number_ = 0;  // of the stroke, which changes with each that is selected
     bool used_ = false, was_learned_ = false, weak_drive_ = false;
     bool doubted_ = false;  // the axis is not the one that learned
-    std::array<double, 2> offset_{}, used_offset_{}, error_{};
+    std::array<double, 2> offset_{}, error_{};
+    // Of the last cycle that was right; mu, by which an end turns elsewhere since.
+    std::array<double, 2> steady_offset_{}, steady_excess_{}, shift_{};
+    std::array<bool, 2> waited_{};  // a correction outward, for a cycle
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends

@@ -1039,6 +1039,21 @@ TEST_F(Learned, AScaleThatDoesNotFollowStopsTheStroke) {
     EXPECT_LE(place, -8);
 }
 
+TEST_F(Chopping, AScaleThatSlipsIsNamedAndNeverLearned) {
+    for (const char* line : {"loadrt sum2 names=scale", "unlinkp chop.joint-feedback", "net feedback scale.in0",
+                             "net slipped scale.out chop.joint-feedback", "addf scale servo-thread", "setp axis.servo-gain 20",
+                             "setp chop.learn 1", "setp chop.jerk-time 0.01"})
+        bench.command(line);
+    start();
+    bench.run(30);
+    ASSERT_EQ(get("learned"), 1);
+    bench.expect("z >= -20.005 && z <= -7.995", {{"z", "axis.truth-position"}});
+    bench.set("scale.in1", 0.03);
+    bench.run(3);
+    EXPECT_EQ(get("fault-code"), 19);
+    EXPECT_EQ(get("active"), 0);
+}
+
 TEST_F(Learned, AnAxisThatIsTooWeakForTheCorrectionIsReported) {
     set("max-correction", 0.1);
     bench.run(30);

@@ -140,5 +140,21 @@ TEST_F(StrokingAxisTest, AFollowingErrorStopsItAndProgramsWait) {
     EXPECT_TRUE(it.busy());
 }
 
+TEST_F(StrokingAxisTest, AnAxisThatDoesNotTurnAtADeadPointStopsTheStroke) {
+    values.learn = true;
+    values.inset = 0.3;
+    values.learning = {0, 0.7, 1, 0.002, 0.005};
+    now.orders.run = true;
+    double farthest = -100;
+    for (int i = 0; i < 20000 && it.fault() == Fault::none; ++i) {
+        farthest = std::max(farthest, it.command());
+        now.joint = farthest += 1e-6;
+        it.step(now, values, dt);
+    }
+    EXPECT_EQ(it.fault(), Fault::lost);
+    run(1);
+    EXPECT_FALSE(it.motion().moves());
+}
+
 }  // namespace
 }  // namespace plumb

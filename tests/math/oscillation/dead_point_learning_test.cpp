@@ -464,10 +464,10 @@ TEST(DeadPointLearning, TheShorterStrokeOfAStartCorrectsNoLearnedEnd) {
     for (int i = 0; i < 30; ++i) axis.cycle(learning);
     ASSERT_TRUE(learning.learned());
     const double end = learning.offset(true, 600, 100);
-    learning.measured(true, -0.02, end, 600, 100, {30.1, 30.4});
+    learning.measured(true, -0.003, end, 600, 100, {30.1, 30.4});
     EXPECT_EQ(learning.offset(true, 600, 100), end);
-    learning.measured(true, -0.02, end, 600, 100, {30.4, 30.4});
-    EXPECT_NEAR(learning.offset(true, 600, 100), end + 0.7 * 0.02, 1e-9);
+    learning.measured(true, -0.003, end, 600, 100, {30.4, 30.4});
+    EXPECT_NEAR(learning.offset(true, 600, 100), end + 0.7 * 0.003, 1e-9);
 }
 
 TEST(DeadPointLearning, AnEndGoesOnlyInwardBetweenStrokesOfAnotherLength) {
@@ -546,6 +546,27 @@ TEST(DeadPointLearning, AScaleThatSlipsIsNamedAndNotLearned) {
         EXPECT_EQ(verdict, Verdict::slips) << slip;
         EXPECT_NEAR(learning.offset(true, 600, 100), offset, 1e-9) << slip;
     }
+}
+
+// Where an end lies once it was corrected depends on the scale; where the axis turns beyond its command does not.
+TEST(DeadPointLearning, AScaleThatSlipsTakesTheAxisNowhere) {
+    for (const bool first : {false, true})
+        for (const double slip : {-0.5, -0.03, 0.006, 0.5}) {
+            const Axis axis{-0.2};
+            DeadPointLearning learning;
+            learning.select(stroke, usual());
+            for (int i = 0; i < 30; ++i) axis.cycle(learning);
+            ASSERT_TRUE(learning.learned());
+            Verdict verdict = Verdict::none;
+            double ends[2] = {learning.offset(false, 600, 100), learning.offset(true, 600, 100)};
+            for (int i = 0; i < 8 && verdict == Verdict::none; ++i) {
+                const bool upper = first == (i % 2 == 0);
+                verdict = learning.measured(upper, ends[upper] - 0.2 + (upper ? slip : -slip), ends[upper], 600, 100);
+                EXPECT_LE(learning.offset(upper, 600, 100) - 0.2, 1 * um) << slip << ", turn " << i;
+                ends[!upper] = learning.offset(!upper, 600, 100);  // of the next stroke
+            }
+            EXPECT_EQ(verdict, Verdict::slips) << slip;
+        }
 }
 
 TEST(DeadPointMeter, FindsTheVertexBetweenSamples) {
