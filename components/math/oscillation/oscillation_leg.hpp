@@ -86,7 +86,7 @@ struct OscillationLeg {
         near = upward ? request.to <= from + nothing : request.to >= from - nothing;
         if (near) request.to = from + (bound - from) / 10;
         // A first way is short, and without this quicker than all that the axis has shown.
-        if (!whole && now.caution > 0)
+        if (!whole && now.learned > 0)
             request.acceleration *= std::min(std::abs(request.to - from) / region.stroke(), 1.0);
         const double behind = whole    ? from
                               : upward ? std::min(from, latest.lower)
