@@ -64,6 +64,13 @@ struct WornColumn {
 
 const Vec long_tool{40, 30, -400};
 
+// An INI file has no empty values.
+TEST(SquarenessTables, NoneIsNoTable) {
+    Square square(std::string(column_chain) + " table=none");
+    EXPECT_EQ(square.get("tables"), 0);
+    EXPECT_EQ(square.get("fault-code"), 0);
+}
+
 TEST(SquarenessTables, ErrorsOfAllAxesAreCorrectedExactly) {
     const Folder folder;
     const WornColumn machine;
