@@ -429,6 +429,24 @@ class Practice(unittest.TestCase):
         self.assertIn("in Y at once before pass 5, which no growth does", " ".join(changed["reasons"]))
         self.assertNotEqual(changed["verdict"], "pass")
 
+    def test_a_small_slip_is_a_fault_while_the_test_runs(self):
+        for orientations, axis, expected in ((True, "x", 0), (True, "y", 1), (False, "x", 1)):  # passes until it is seen
+            with self.subTest(orientations=orientations, axis=axis), plumb.Host() as host:
+                host.load(os.path.join(ROOT, "configs", "growth", "bench.hal"))
+                host.set("artifact.seed", 3)
+                host.set("artifact.both-orientations", orientations)
+                host.command("start")
+                host.set("growth-test.minimum-time", 36000)
+                seen = []
+                for _ in range(400):
+                    if host.get("growth-test.pass") == 4 and not host.get("artifact.pass-running"):
+                        host.set("artifact.slip-" + axis, 0.020)
+                    host.run(60)
+                    if host.get("growth-test.fault-code") == 17:
+                        seen.append(int(host.get("growth-test.pass")) - 5)
+                        break
+                self.assertEqual(seen, [expected])
+
     def test_a_machine_that_stands_shows_its_environment(self):
         results, log = self.result_of("environment", {"artifact.work-speed": 0, "growth-test.least-rise": 0},
                                     change=lambda text: text.replace("warming,spindle", "warming,none"))

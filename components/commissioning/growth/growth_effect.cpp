@@ -74,7 +74,7 @@ void compare_axes(GrowthAnalysis& analysis, const PassesOfBoth& passes, Compensa
             continue;
         }
         CompensationGain& gain = analysis.gain[i];
-        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.of_mean[i]);
+        gain = compensation_gain(record.drift.col(axis), residual.col(axis), analysis.of_one_pass(i));
         if (gain.determined) gain.effectiveness = 1 - analysis.on[i].largest / analysis.off[i].largest;
     }
 }

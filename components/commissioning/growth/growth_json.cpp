@@ -100,7 +100,11 @@ nlohmann::json compensation_json(const GrowthAnalysis& test) {
     nlohmann::json j{{"name", test.log->compensation},
                      {"fault", static_cast<int>(test.finding.fault)},
                      {"sentence", compensation_sentence(test)},
-                     {"gain", test.finding.gain}};
+                     {"gain", test.finding.gain},
+                     {"gain_low", real(test.finding.gain_low)},
+                     {"gain_high", real(test.finding.gain_high)},
+                     {"more_passes", test.finding.more_passes},
+                     {"larger_drift_mm", test.finding.larger_drift}};
     const CrossGains& cross = test.finding.cross;
     if (cross.drifts[0] || cross.drifts[1] || cross.drifts[2]) j["cross_gains"] = cross_gains_json(test);
     return j;

@@ -88,7 +88,7 @@ std::string why_no_gain(const GrowthAnalysis& test, std::size_t axis) {
     if (!test.off[axis].probed) return "was not probed";
     if (test.passes < 2) return "not determined: there is one pass";
     return "not determined: the drift, " + um(test.off[axis].largest) +
-           " \u00b5m, has to be above 4 u = " + um(4 * test.of_mean[axis]) + " \u00b5m";
+           " \u00b5m, has to be above 4 u of a pass = " + um(4 * test.of_one_pass(axis)) + " \u00b5m";
 }
 
 void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
@@ -107,7 +107,8 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<td colspan=\"3\">" << why_no_gain(test, axis) << "</td></tr>\n";
     }
     out << "</tbody></table><p class=\"soft\">Gain: 0 not applied, 1 perfect, \u22121 wrong sign, above 1 "
-           "too much.</p>\n";
+           "too much. It names the fault of the compensation; the verdict above follows the drift that is left, "
+           "its U and the tolerance.</p>\n";
     write_cross_gains(out, test.finding.cross);
 }
 

@@ -18,6 +18,23 @@ const GrowthSeries* other_state(const GrowthAnalysis& test, const GrowthSeries& 
     return nullptr;
 }
 
+// Why the compensation is not determined, and what would determine it.
+std::string undetermined_sentence(const GrowthAnalysis& test) {
+    const CompensationFinding& its = test.finding;
+    const auto passes = [](int count) { return std::to_string(count) + (count == 1 ? " more pass" : " more passes"); };
+    const bool any_drift = its.drifts[0] || its.drifts[1] || its.drifts[2];
+    if (!any_drift && its.more_passes > 0)
+        return " It needs " + passes(its.more_passes) + " in both states.";
+    if (!any_drift) return " No axis drifts by " + um(its.larger_drift) + " \u00b5m: work the machine warmer.";
+    std::string text = " Its gain is between " + number(its.gain_low, 2) + " and " + number(its.gain_high, 2) +
+                       ", 95 of 100; good is " + number(weakest_good_gain, 2) + " to " + number(strongest_good_gain, 2) + ". ";
+    if (its.more_passes > 0)
+        text += "To determine it, add " + passes(its.more_passes) + " of the warm machine, or work it warmer, to";
+    else
+        text += "More passes do not determine it, as all have one reference pass. Work the machine warmer, to";
+    return text + " a drift of " + um(its.larger_drift) + " \u00b5m.";
+}
+
 }  // namespace
 
 std::string number(double value, int digits) {
@@ -68,6 +85,10 @@ std::string compensation_sentence(const GrowthAnalysis& test) {
     if (test.finding.sensor >= 0)
         text += " Sensor: " + sensor(test.finding.sensor) +
                 (test.finding.other_sensor >= 0 ? " and " + sensor(test.finding.other_sensor) : "") + ".";
+    if (test.finding.fault == CompensationFault::undetermined) {
+        if (test.verdict == GrowthVerdict::pass) text = "The drift that the compensation leaves is within the tolerances. Its gain is not determined.";
+        text += undetermined_sentence(test);
+    }
     if (test.finding.fault == CompensationFault::too_weak ||
         test.finding.fault == CompensationFault::too_strong)
         text += " Its gain is " + number(test.finding.gain, 2) + ".";

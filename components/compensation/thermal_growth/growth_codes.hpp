@@ -46,6 +46,7 @@ enum class Fault : std::int32_t {
     bore,
     standstill,
     displaced,
+    slipped,
 };
 
 constexpr const char* sentence(Fault fault) {
@@ -69,6 +70,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::displaced:
             return "A bore is not where its last visit found it: the artifact has slipped, or the program gives the "
                    "number of another bore. fault-bore has its number.";
+        case Fault::slipped:
+            return "All bores moved at once, which no growth does: the artifact has slipped, or the probe has changed. "
+                   "Clamp the artifact, and begin a new test.";
         case Fault::standstill:
             return "The pass takes longer than max-pass-time: the machine cools meanwhile. Probe fewer "
                    "bores.";

@@ -178,6 +178,8 @@ struct StopSettings : hal::Group {
                               "Largest displacement of a bore since its last pass."};
     hal::In<double> most_slip{this, "max-slip", 0.03, "mu",
                               "Largest part of this displacement that the other bores do not share."};
+    hal::In<double> least_slip{this, "min-slip", 0.01, "mu",
+                               "Smallest slip of the whole artifact that is reported."};
     hal::In<double> least_rise{this, "least-rise", 0.5, "K",
                                "Least rise of a machine that has warmed; 0 if it only stands."};
 
@@ -196,6 +198,7 @@ struct StopSettings : hal::Group {
         s.farthest = farthest;
         s.most_step = most_step;
         s.most_slip = most_slip;
+        s.least_slip = least_slip;
         s.least_rise = least_rise;
         return s;
     }

@@ -8,6 +8,7 @@
 #include "components/math/blocks/mean_over_time.hpp"
 #include "components/math/growth/bore_references.hpp"
 #include "components/math/growth/probed_bore.hpp"
+#include "components/math/growth/slip_watch.hpp"
 #include "components/math/growth/stop_rule.hpp"
 #include "components/math/growth/temperature_rise.hpp"
 
@@ -33,11 +34,12 @@ public:
         double farthest = 0.5;       // mu, of a bore from its first place
         double most_step = 0.1;      // mu, of a bore since its last pass
         double most_slip = 0.03;     // mu, the same beyond the step of the other bores
+        double least_slip = 0.01;    // mu, of the whole artifact between two passes
         double least_rise = 0.5;     // K, of a machine that has warmed
 
         bool valid() const noexcept {
             return stop.valid() && most_scatter > 0 && most_change > 0 && farthest > 0 && most_step > 0 &&
-                   most_slip > 0;
+                   most_slip > 0 && least_slip > 0;
         }
     };
 
@@ -65,7 +67,8 @@ public:
     std::int32_t touches() const noexcept { return touches_; }
     int cycles() const noexcept { return rule_.cycles(); }
     const Bore& bore() const noexcept { return bore_; }
-    Fault fault() const noexcept { return fault_; }  // it stays until it is acknowledged, or the cause ends
+    // It stays until it is acknowledged, or the cause ends.
+    Fault fault() const noexcept { return fault_ == Fault::none && slipped_ ? Fault::slipped : fault_; }
     double change(const Settings& settings) const noexcept { return rule_.change(settings.stop); }
 
     void clear() noexcept {
@@ -76,6 +79,9 @@ public:
         places_.clear();
         shapes_.fill({});
         touched_.clear();
+        slips_.clear();
+        slipped_ = false;
+        work_ = work_time_ = last_speed_ = 0;
         time_ = 0;
         pass_ = visits_ = touches_ = 0;
         sides_ = 0;
@@ -87,7 +93,10 @@ public:
     // A record of a test of before. False if it is impossible, or there is no room.
     bool restore(const Record& r, const Settings& settings) noexcept { return !active_ && take(r, settings); }
 
-    void acknowledge() noexcept { fault_ = Fault::none; }
+    void acknowledge() noexcept {
+        fault_ = Fault::none;
+        slipped_ = false;
+    }
 
     // One period.
     Result step(const Signals& now, const Settings& settings, double dt) noexcept {
@@ -141,7 +150,11 @@ private:
             if (!pass_open_) ++pass_;
             write(Event::pass_begin, 0, settings);
         }
-        if (!now.pass.now && in_pass_) write(Event::pass_end, 0, settings);
+        if (!now.pass.now && in_pass_) {
+            const bool before = slipped_;
+            write(Event::pass_end, 0, settings);
+            if (slipped_ && !before) write(Event::fault, static_cast<double>(Fault::slipped), settings);
+        }
         in_pass_ = now.pass.now;
         pass_time_ = in_pass_ ? pass_time_ + dt : 0;
         if (pass_time_ > now.max_pass_time) fail(Fault::standstill, settings);
@@ -304,7 +317,11 @@ private:
             case Kind::touch: touch(r); break;
             case Kind::temperature: temperature(r, settings); break;
             case Kind::event: event(r, settings); break;
-            case Kind::speed: break;
+            case Kind::speed:
+                work_ += r.x * (r.time - last_speed_);
+                work_time_ += r.time - last_speed_;
+                last_speed_ = r.time;
+                break;
         }
         return true;
     }
@@ -336,7 +353,8 @@ private:
                 pass_ = r.pass;
                 pass_open_ = true;
                 break;
-            case Event::pass_end: pass_open_ = false; break;
+            case Event::pass_end: end_pass(r, settings); break;
+            case Event::resumed: slips_.interrupt(); break;
             case Event::cycle_end: rule_.cycle_ends(r.time, settings.stop); break;
             case Event::stop: stop_ = static_cast<Stop>(std::clamp(static_cast<int>(r.x), 0, 2)); break;
             case Event::measured: measure(r); break;
@@ -369,9 +387,23 @@ private:
         for (std::size_t axis = 0; axis < 3; ++axis) {
             if (!std::isfinite(at[axis])) continue;
             const std::size_t value = BoreReferences::value(r.bore, r.turned) + axis;
-            if (const auto deviation = references_.deviation(value, at[axis], pass_))
+            const BoreReferences::Step step = references_.step(value, at[axis], pass_);
+            if (const auto deviation = references_.deviation(value, at[axis], pass_)) {
                 rule_.deviation(r.time, static_cast<int>(value), *deviation);
+                slips_.take(static_cast<int>(axis), r.turned, *deviation);
+            } else if (references_.known(value)) {
+                slips_.take_again(static_cast<int>(axis), step.whole);
+            }
         }
+    }
+
+    void end_pass(const Record& r, const Settings& settings) noexcept {
+        pass_open_ = false;
+        const double work = work_time_ > 0 ? work_ / work_time_ : NAN;
+        work_ = work_time_ = 0;
+        // Below this the seat of the probe, which scatters from pass to pass, would look like a slip.
+        const double least = std::max(settings.least_slip, 8 * settings.stop.uncertainty);
+        if (slips_.end_pass(r.time, work, least)) slipped_ = true;
     }
 
     std::vector<Record> records_;
@@ -384,6 +416,9 @@ private:
     };
     std::array<Shape, 2 * BoreReferences::most_bores>
         shapes_;                       // of the first visits, by bore and orientation
+    SlipWatch slips_;
+    bool slipped_ = false;
+    double work_ = 0, work_time_ = 0, last_speed_ = 0;  // speed times time and time since the last pass; s
     ProbedBore touched_;               // in the last visit with a touch
     std::array<double, 3> offsets_{};  // sum over its touches, mu
     int of_visit_ = 0;                 // number of them

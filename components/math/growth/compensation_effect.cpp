@@ -32,8 +32,7 @@ const char* sentence(CompensationFault fault) {
     switch (fault) {
         case CompensationFault::none: return "The compensation removes the drift.";
         case CompensationFault::undetermined:
-            return "The compensation is not determined: the drift is too small for its uncertainty, or the "
-                   "passes are too few.";
+            return "The compensation is not determined.";
         case CompensationFault::absent:
             return "The compensation does nothing. If a sensor that is not logged were frozen, this would "
                    "look the same.";
@@ -57,8 +56,8 @@ namespace compensation_fault {
 namespace {
 
 constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
-// A compensation is called good only if its gain is surely between these, 95 of 100.
-constexpr double surely_weak = 0.8, surely_strong = 1.25;
+constexpr Eigen::Index fewest_passes = 4;
+constexpr int most_passes = 50;  // that are worth a wait
 constexpr double still = 0.02;  // K, less than the noise of a sensor that works
 constexpr double warmed = 1;    // K, a machine that has warmed
 constexpr double apart = 1.5;   // K, between sensors of a machine that is cold throughout
@@ -108,7 +107,10 @@ public:
     }
 
     CompensationFinding judged() {
-        if (!(drifts_ > 0)) return finding_;
+        if (!(drifts_ > 0)) {
+            finding_.larger_drift = least_drift();
+            return finding_;
+        }
         finding_.gain = common_ / drifts_;
         finding_.cross = cross_gains(record_, finding_.drifts);
         gain_rest_ = (compensation_ - finding_.gain * drift_).squaredNorm();
@@ -120,17 +122,42 @@ public:
 
 private:
     void add_up() {
-        const double least = std::max(6 * record_.uncertainty, 0.003 / record_.millimetres);
         for (int axis = 0; axis < 3; ++axis) {
             const auto d = drift_.col(axis), c = compensation_.col(axis);
             bool& drifts = finding_.drifts[static_cast<std::size_t>(axis)];
-            drifts = range(d) > least;
+            drifts = range(d) > least_drift();
             rest_ += (d - c).squaredNorm();
             compensations_ += c.squaredNorm();
             if (!drifts) continue;
             drifts_ += d.squaredNorm();
             common_ += c.dot(d);
+            wanted_ += c.squaredNorm();
+            largest_ = std::max(largest_, d.cwiseAbs().maxCoeff());
         }
+    }
+
+    double least_drift() const { return std::max(6 * record_.uncertainty, 0.003 / record_.millimetres); }
+
+    // Of 1 / gain, if the machine were probed so many times more as warm as in the last pass. The compensation is known;
+    // the drift of each pass has its own error, and all passes of an axis share that of the reference.
+    double inverse_sigma(int more) const {
+        double squares = 0, shared = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!finding_.drifts[static_cast<std::size_t>(axis)]) continue;
+            const auto c = compensation_.col(axis);
+            const double last = c[c.size() - 1];
+            squares += c.squaredNorm() + more * last * last;
+            shared += std::pow(c.sum() + more * last, 2);
+        }
+        return record_.uncertainty / std::sqrt(2.0) * std::sqrt(squares + shared) / squares;
+    }
+
+    // 1 / gain lies `away` from the nearest limit that decides.
+    CompensationFault needs(double away) {
+        for (int more = 1; more <= most_passes && finding_.more_passes == 0; ++more)
+            if (2 * inverse_sigma(more) < away) finding_.more_passes = more;
+        finding_.larger_drift = largest_ * 2 * inverse_sigma(0) / away;
+        return CompensationFault::undetermined;
     }
 
     bool explains(double rest) const { return rest < 0.25 * rest_ && rest < 0.12 * drifts_ + noise_; }
@@ -212,17 +239,17 @@ private:
         return frozen_ >= 0 && finding_.gain < weak && found(CompensationFault::frozen_sensor, frozen_);
     }
 
-    // Of a compensation that has one wrong factor, or none.
-    CompensationFault by_factor() const {
+    // Of a compensation that has one wrong factor, or none. Its limits are those of 1 / gain, whose error is normal.
+    CompensationFault by_factor() {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
-        // The noise of each pass, and that of the reference, which all passes share.
-        const double room =
-            2 * std::abs(finding_.gain) * record_.uncertainty * std::sqrt((1 + passes_) / drifts_);
-        if (finding_.gain < weak && finding_.gain + room < 1) return CompensationFault::too_weak;
-        if (finding_.gain > strong && finding_.gain - room > 1) return CompensationFault::too_strong;
-        if (finding_.gain < weak || finding_.gain > strong || finding_.gain - room < surely_weak ||
-            finding_.gain + room > surely_strong)
-            return CompensationFault::undetermined;
+        const double inverse = common_ / wanted_, room = 2 * inverse_sigma(0);
+        finding_.gain = 1 / inverse;
+        finding_.gain_low = 1 / (inverse + room);
+        finding_.gain_high = inverse > room ? 1 / (inverse - room) : HUGE_VAL;
+        if (finding_.gain < weak) return inverse - room > 1 ? CompensationFault::too_weak : needs(inverse - 1);
+        if (finding_.gain > strong) return inverse + room < 1 ? CompensationFault::too_strong : needs(1 - inverse);
+        const double away = std::min(inverse - 1 / strongest_good_gain, 1 / weakest_good_gain - inverse);
+        if (room > away) return needs(away);
         return rest_ > 0.03 * drifts_ + noise_ ? CompensationFault::other : CompensationFault::none;
     }
 
@@ -235,13 +262,19 @@ private:
     // Sums of squares and products over all passes: of the axes that drift, of the compensation, of the drift
     // that the compensation leaves, and of the drift that it leaves with the factor that fits best.
     double drifts_ = 0, common_ = 0, compensations_ = 0, rest_ = 0, gain_rest_ = 0;
+    double wanted_ = 0;   // the same of the compensation of the axes that drift
+    double largest_ = 0;  // drift of an axis in a pass, mu
 };
 
 }  // namespace
 }  // namespace compensation_fault
 
 CompensationFinding judged_compensation(const CompensationRecord& record) {
-    return record.drift.rows() < 4 ? CompensationFinding{} : compensation_fault::Judge(record).judged();
+    using namespace compensation_fault;
+    if (record.drift.rows() >= fewest_passes) return Judge(record).judged();
+    CompensationFinding few;
+    few.more_passes = static_cast<int>(fewest_passes - record.drift.rows());
+    return few;
 }
 
 }  // namespace plumb

@@ -24,7 +24,7 @@ CompensationGain compensation_gain(const Eigen::VectorXd& off, const Eigen::Vect
 
 enum class CompensationFault {
     none,          // the compensation does as it should
-    undetermined,  // no drift large enough, or too few passes
+    undetermined,  // no drift large enough, or too few passes: see CompensationFinding
     absent,        // the compensation does nothing
     wrong_sign,
     too_weak,
@@ -43,7 +43,12 @@ struct CompensationFinding {
     int axis = -1, other_axis = -1;      // that it concerns, 0 X, 1 Y, 2 Z; -1 for none
     int sensor = -1, other_sensor = -1;  // columns of the temperatures; -1 for none
     double gain = 0;                     // over all axes that drift
+    double gain_low = 0, gain_high = 0;  // 95 of 100 between; both 0 if it is no matter of the gain
     std::array<bool, 3> drifts{};        // axes with enough drift to judge
+    // What would determine a compensation that is not determined: more passes of the machine as warm as in the
+    // last one (0: no number of them), or a larger drift along an axis (mu; 0: the drift is large enough).
+    int more_passes = 0;
+    double larger_drift = 0;
     CrossGains cross;
 };
 
@@ -52,5 +57,8 @@ struct CompensationFinding {
 // frozen differ only where that sensor is logged. Sensors that nobody uses have no effect, and are not named
 // unless the compensation fails.
 CompensationFinding judged_compensation(const CompensationRecord& record);
+
+// Between these gains, surely, a compensation is good.
+constexpr double weakest_good_gain = 0.8, strongest_good_gain = 1.25;
 
 }  // namespace plumb

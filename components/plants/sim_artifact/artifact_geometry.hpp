@@ -48,11 +48,14 @@ public:
                                  const Eigen::Vector3d& shift) noexcept {
         const Eigen::Vector3d clamp(0, -100, 0);
         const Eigen::Vector3d at = point + strain * (point - clamp);
+        return centre() + shift + turned(at, angle, trunnion);
+    }
+
+    // A vector that turns with the table.
+    static Eigen::Vector3d turned(const Eigen::Vector3d& at, double angle, bool trunnion) noexcept {
         const double c = std::cos(angle * pi / 180), s = std::sin(angle * pi / 180);
-        const Eigen::Vector3d turned =
-            trunnion ? Eigen::Vector3d(at.x(), c * at.y() - s * at.z(), s * at.y() + c * at.z())
-                     : Eigen::Vector3d(c * at.x() + s * at.z(), at.y(), c * at.z() - s * at.x());
-        return centre() + shift + turned;
+        return trunnion ? Eigen::Vector3d(at.x(), c * at.y() - s * at.z(), s * at.y() + c * at.z())
+                        : Eigen::Vector3d(c * at.x() + s * at.z(), at.y(), c * at.z() - s * at.x());
     }
 
     // The centre of the sphere that looks to the spindle now; each side of the table has one.

@@ -27,6 +27,8 @@ struct SimArtifact final : hal::Component {
     hal::In<double> spindle_speed{this, "spindle-speed-cmd", 0, "rpm", "Commanded speed of the spindle."};
     hal::In<bool> tool_changed{this, "tool-changed", false, "A rising edge puts the probe into the spindle."};
     hal::In<bool> trunnion{this, "trunnion", false, "The table is a trunnion, which turns about X."};
+    hal::Axes<hal::In<double>, 3> slip{this, "slip-%", 0.0, "mu",
+                                       "How far the artifact has slipped on its table in %."};
     hal::In<bool> cooling{this, "cooling-request", false, "Temperature control shall be on."};
     hal::In<bool> repeat{this, "repeat", false, "The last visit does not count; probe again."};
     hal::In<bool> done{this, "done", false, "The machine is warm; one more pass, and the program ends."};
@@ -95,16 +97,22 @@ private:
         return played_;
     }
 
+    // Of the artifact with its table: by the growth of the machine, and where it has slipped on the table.
+    Eigen::Vector3d shift() noexcept {
+        const Eigen::Vector3d slipped(usable(slip[0], 1e3, 0), usable(slip[1], 1e3, 0), usable(slip[2], 1e3, 0));
+        return machine.table_shift() + ArtifactGeometry::turned(slipped, angle_, trunnion_);
+    }
+
     Eigen::Vector3d place(int bore) noexcept {
-        return ArtifactGeometry::bore_place(bore, machine.artifact_strain(), angle_, trunnion_,
-                                            machine.table_shift());
+        return ArtifactGeometry::bore_place(bore, machine.artifact_strain(), angle_, trunnion_, shift());
     }
 
     // Of the bore or the sphere that is probed.
     Eigen::Vector3d place(const GrowthProgram::Step& step) noexcept {
-        return step.sphere ? ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_, trunnion_,
-                                                            machine.table_shift())
-                           : place(step.bore);
+        return step.sphere ? sphere_place() : place(step.bore);
+    }
+    Eigen::Vector3d sphere_place() noexcept {
+        return ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_, trunnion_, shift());
     }
     Eigen::Vector3d cold_place(const GrowthProgram::Step& step) const noexcept {
         const Eigen::Vector3d still = Eigen::Vector3d::Zero();
@@ -186,10 +194,8 @@ private:
             deepest = std::max(deepest,
                                radial < ArtifactBore::radius && from.z() < r ? std::min(wall, face) : face);
         }
-        const Eigen::Vector3d sphere = ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_,
-                                                                      trunnion_, machine.table_shift());
-        deepest = std::max(deepest,
-                           ArtifactGeometry::sphere_radius + ArtifactGeometry::ball - (ball - sphere).norm());
+        deepest = std::max(deepest, ArtifactGeometry::sphere_radius + ArtifactGeometry::ball -
+                                        (ball - sphere_place()).norm());
         touching_ = deepest > 0;
         return deepest;
     }

@@ -217,6 +217,136 @@ TEST_F(ThermalGrowthTest, ASmallSlipOfTheArtifactIsToldFromGrowth) {
     EXPECT_EQ(get("fault-bore"), 1);
 }
 
+// Passes with work of equal length between them. The artifact lies at `slip` on its table, in X and Y.
+struct SlippedArtifact : ThermalGrowthTest {
+    bool both = true;
+    double cooling = 0;  // of Z within a pass, mu
+
+    SlippedArtifact() {
+        set("minimum-time", 40000);
+        set("sample-time", 60);
+        begin();
+    }
+    void probe(int bore, bool turned, double x, double y, double z) {
+        open(bore, turned);
+        touch(x, y, z, 2, -1);
+        touch(x + 12, y, z - 5, 0, 1);
+        touch(x - 12, y, z - 5, 0, -1);
+        touch(x, y + 12, z - 5, 1, 1);
+        touch(x, y - 12, z - 5, 1, -1);
+        close();
+    }
+    void pass(double grown, double slip_x = 0, double slip_y = 0) {
+        set("pass-running", 1);
+        tick();
+        for (const int bore : {1, 2}) probe(bore, false, 50 * bore + slip_x, 20 + slip_y, -100 + grown);
+        if (both)
+            for (const int bore : {1, 2})
+                probe(bore, true, -50 * bore - slip_x, 20 + slip_y, -100 + grown - cooling / 2);
+        probe(1, false, 50 + slip_x, 20 + slip_y, -100 + grown - cooling);
+        set("pass-running", 0);
+        tick();
+    }
+    void work(double speed = 6000, double time = 600) {
+        set("spindle-speed", speed);
+        bench.run(time);
+        set("spindle-speed", 0);
+    }
+    static double growth(int cycle) { return -0.040 * std::expm1(-0.5 * cycle); }
+};
+
+TEST_F(SlippedArtifact, ASlipThatTurnsWithTheTableIsAFaultAfterItsPass) {
+    pass(0);
+    work();
+    pass(growth(1));
+    EXPECT_EQ(fault(), Fault::none);
+    work(0);  // unequal work does not matter here
+    pass(growth(2), 0.008);
+    EXPECT_EQ(fault(), Fault::none);  // below min-slip
+    work();
+    pass(growth(3), 0.020);
+    EXPECT_EQ(fault(), Fault::slipped);
+    EXPECT_EQ(get("fault-bore"), 0);
+    EXPECT_EQ(get("repeat"), 0);
+    set("row", get("rows") - 1);
+    tick();
+    EXPECT_EQ(get("row-item"), 8);  // it is in the log, too
+    EXPECT_EQ(get("row-x"), 17);
+    work();
+    probe_bore(3, 50, 20, -100, 0.5);
+    EXPECT_EQ(fault(), Fault::false_trigger);
+    probe_bore(1, 50.02, 20, -99.97);
+    EXPECT_EQ(fault(), Fault::slipped);  // a good visit does not end it
+    pulse("acknowledge");
+    EXPECT_EQ(fault(), Fault::none);
+}
+
+TEST_F(SlippedArtifact, AlongTheAxisOfTheTableAndWithoutASecondOrientationThePassAfterItShowsIt) {
+    for (const bool two : {true, false}) {
+        both = two;
+        set("running", 0);
+        tick();
+        begin();
+        for (int cycle = 0; cycle < 3; ++cycle) {
+            pass(growth(cycle));
+            work();
+        }
+        pass(growth(3), two ? 0 : 0.015, 0.015);
+        EXPECT_EQ(fault(), Fault::none);
+        work();
+        pass(growth(4), two ? 0 : 0.015, 0.015);
+        EXPECT_EQ(fault(), Fault::slipped);
+        pulse("acknowledge");
+        for (int cycle = 5; cycle < 9; ++cycle) {
+            work();
+            pass(growth(cycle), two ? 0 : 0.015, 0.015);
+            EXPECT_EQ(fault(), Fault::none);  // once
+        }
+    }
+}
+
+// Quick growth from cold, another speed, a longer cycle, a break and the drift within a pass are no slip.
+TEST_F(SlippedArtifact, GrowthIsNone) {
+    both = false;
+    double grown = 0;
+    for (const double to : {0.0, 0.038, 0.0398, 0.04, 0.04}) {
+        pass(grown = to);
+        work();
+    }
+    EXPECT_EQ(fault(), Fault::none);
+    pass(grown -= 0.03);  // after a rest instead of work
+    work(0);
+    pass(grown);
+    work(0);
+    pass(grown);
+    EXPECT_EQ(fault(), Fault::none);
+    work(0, 2400);
+    pass(grown -= 0.02);
+    work(0);
+    pass(grown);
+    work(0);
+    EXPECT_EQ(fault(), Fault::none);
+    set("running", 0);
+    tick();
+    set("resume", 1);
+    set("gap", 1200);
+    begin();
+    pass(grown -= 0.02);
+    work(0);
+    pass(grown);
+    EXPECT_EQ(fault(), Fault::none);
+    set("running", 0);
+    tick();
+    set("resume", 0);
+    begin();
+    both = true;
+    pass(0);
+    cooling = 0.028;
+    work();
+    pass(0.03);
+    EXPECT_EQ(fault(), Fault::none);
+}
+
 TEST_F(ThermalGrowthTest, GoesThroughItsStates) {
     tick();
     EXPECT_EQ(state(), State::idle);

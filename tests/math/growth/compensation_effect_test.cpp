@@ -131,30 +131,85 @@ void expect_named(CompensationFault expected, const Spoil& spoil) {
 TEST(JudgedCompensation, CallsAGoodOneGood) {
     expect_named(CompensationFault::none, [](Machine&) {});
 }
-TEST(JudgedCompensation, CallsAWeakOneGoodInOneOf40AtMostHoweverUncertainItIs) {
-    for (const double s : {0.5, 1.0, 1.5, 2.0, 3.0}) {
-        int good = 0, best = 0;
-        constexpr int tests = 400, passes = 8;
-        for (int seed = 1; seed <= tests; ++seed)
-            for (const double gain : {0.8, 1.0}) {
-                Random random(static_cast<std::uint64_t>(seed), 8);
-                CompensationRecord record;
-                record.uncertainty = std::sqrt(2.0) * s * um;
-                record.drift = record.compensation = Eigen::MatrixX3d::Zero(passes, 3);
-                record.temperatures.resize(passes, 0);
-                const double reference = s * um * random.gaussian();
-                for (int k = 1; k < passes; ++k) {
-                    const double drift = -30 * um * std::expm1(-0.4 * k);
-                    record.drift(k, 2) = drift + s * um * random.gaussian() - reference;
-                    record.compensation(k, 2) = gain * drift;
-                }
-                (gain < 1 ? good : best) += judged_compensation(record).fault == CompensationFault::none;
-            }
-        EXPECT_LE(good, tests / 40) << s;
-        if (s < 1) {
-            EXPECT_GE(best, 0.95 * tests) << s;
-        }
+// A machine that drifts by 30 um along Z in eight passes, or in more, the further ones as warm as the eighth. Each
+// pass and the reference have the uncertainty s.
+CompensationRecord of_30_um(int seed, double gain, double s, int more_passes = 0, double scale = 1) {
+    constexpr int passes = 8;
+    Random random(static_cast<std::uint64_t>(seed), 8);
+    CompensationRecord record;
+    record.uncertainty = std::sqrt(2.0) * s;
+    record.drift = record.compensation = Eigen::MatrixX3d::Zero(passes + more_passes, 3);
+    record.temperatures.resize(passes + more_passes, 0);
+    const double reference = s * random.gaussian();
+    for (int k = 1; k < passes + more_passes; ++k) {
+        const double drift = -30 * um * scale * std::expm1(-0.4 * std::min(k, passes - 1));
+        record.drift(k, 2) = drift + s * random.gaussian() - reference;
+        record.compensation(k, 2) = gain * drift;
     }
+    return record;
+}
+int called_good(double gain, double s, int tests) {
+    int good = 0;
+    for (int seed = 1; seed <= tests; ++seed)
+        good += judged_compensation(of_30_um(seed, gain, s)).fault == CompensationFault::none;
+    return good;
+}
+
+TEST(JudgedCompensation, CallsAWeakOrAStrongOneGoodInOneOf40AtMostHoweverUncertainItIs) {
+    constexpr int tests = 4000;
+    for (const double s : {0.5, 1.0, 1.5, 2.0, 3.0})
+        for (const double gain : {0.8, 1.25}) EXPECT_LE(called_good(gain, s * um, tests), tests / 40) << gain << ' ' << s;
+}
+TEST(JudgedCompensation, CallsAPerfectOneGoodWhereItsUncertaintyIsWellWithinTheLimits) {
+    constexpr int tests = 400;
+    EXPECT_EQ(called_good(1, 0.5 * um, tests), tests);
+    EXPECT_GE(called_good(1, 1.0 * um, tests), 0.95 * tests);
+    EXPECT_GE(called_good(1, 1.5 * um, tests), 0.75 * tests);
+    EXPECT_LE(called_good(1, 3.0 * um, tests), 0.1 * tests);  // 2u of the gain is wider than the limits
+}
+TEST(JudgedCompensation, NinetyFiveOf100GainsAreBetweenItsLimits) {
+    constexpr int tests = 4000;
+    for (const double gain : {0.5, 0.8, 1.0, 1.25, 1.4})
+        for (const double s : {0.5, 1.5}) {
+            int covered = 0;
+            for (int seed = 1; seed <= tests; ++seed) {
+                const CompensationFinding found = judged_compensation(of_30_um(seed, gain, s * um));
+                covered += found.gain_low <= gain && gain <= found.gain_high;
+            }
+            EXPECT_GE(covered, 0.94 * tests) << gain << ' ' << s;
+            EXPECT_LE(covered, 0.97 * tests) << gain << ' ' << s;
+        }
+}
+// If the next passes show the gain of the passes so far, the compensation is determined with as many as the finding
+// says, and not with one less; and so with the drift that it says.
+TEST(JudgedCompensation, SaysWhatWouldDetermineIt) {
+    int by_passes = 0, by_drift = 0, none = 0;
+    const auto judged = [](double gain, double s, int more, double scale) {
+        CompensationRecord record = of_30_um(1, gain, 0, more, scale);  // the noise is known, and happens to be 0
+        record.uncertainty = std::sqrt(2.0) * s;
+        return judged_compensation(record);
+    };
+    for (const double gain : {0.85, 0.95, 1.0, 1.1, 1.2})
+        for (const double s : {1.5, 2.0, 2.4, 3.0, 3.4}) {
+            const CompensationFinding found = judged(gain, s * um, 0, 1);
+            if (found.fault != CompensationFault::undetermined || !found.drifts[2]) continue;
+            if (found.more_passes > 0) {
+                ++by_passes;
+                EXPECT_NE(judged(gain, s * um, found.more_passes, 1).fault, CompensationFault::undetermined);
+                EXPECT_EQ(judged(gain, s * um, found.more_passes - 1, 1).fault, CompensationFault::undetermined);
+            } else {
+                ++none;
+                EXPECT_EQ(judged(gain, s * um, 50, 1).fault, CompensationFault::undetermined);
+            }
+            ++by_drift;
+            const double usual = 30 * um * -std::expm1(-0.4 * 7), scale = found.larger_drift / usual;
+            EXPECT_GT(scale, 1);
+            EXPECT_NE(judged(gain, s * um, 0, 1.01 * scale).fault, CompensationFault::undetermined);
+            EXPECT_EQ(judged(gain, s * um, 0, 0.99 * scale).fault, CompensationFault::undetermined);
+        }
+    EXPECT_GE(by_passes, 4);
+    EXPECT_GE(none, 4);
+    EXPECT_GE(by_drift, 10);
 }
 TEST(JudgedCompensation, NamesOneThatIsAbsent) {
     expect_named(CompensationFault::absent, [](Machine& its) { its.record.compensation.setZero(); });
@@ -234,8 +289,10 @@ TEST(JudgedCompensation, ThreePassesAndAStillMachineAreNotJudged) {
     few.compensation = machine.record.compensation.topRows(3).eval();
     few.temperatures = machine.record.temperatures.topRows(3).eval();
     EXPECT_EQ(judged_compensation(few).fault, CompensationFault::undetermined);
+    EXPECT_EQ(judged_compensation(few).more_passes, 1);
     machine.record.drift *= 0.02;
     EXPECT_EQ(machine.judged(), CompensationFault::undetermined);
+    EXPECT_NEAR(judged_compensation(machine.record).larger_drift, std::max(6 * machine.record.uncertainty, 3 * um), 1e-9);
 }
 
 TEST(CompensationFault, EachHasASentence) {
