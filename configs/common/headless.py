@@ -3,7 +3,7 @@
 """A DISPLAY without a screen: turns the machine on, homes it, runs G-code files, and ends.
 
 The files stand behind the INI file in linuxcnc's command line; without any, [DISPLAY]OPEN_FILE runs. If LinuxCNC
-reports an error to the operator, the exit status of linuxcnc is 1. With `--record FILE` the virtual-time host
+reports an error to the operator, or does not answer, the exit status of linuxcnc is 1, and the last lines say why. With `--record FILE` the virtual-time host
 writes a row of the axes' positions for each servo cycle.
 
 If the first file is a Python script (NAME.py), the script works the machine instead, with the arguments behind it.
@@ -12,10 +12,11 @@ plumb_linuxcnc.py helps it.
 
 import argparse
 import os
+import signal
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import Machine, OperatorError
+from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 PINS = ["axis.%s.pos-cmd" % letter for letter in "xyz"] + ["motion.current-vel", "motion.program-line"]
 
@@ -31,21 +32,25 @@ def main():
     arguments = parser.parse_args()
     programs = arguments.programs or [linuxcnc.ini(arguments.ini).find("DISPLAY", "OPEN_FILE")]
 
-    with Machine() as machine:
-        try:
-            machine.turn_on()
-            machine.home()
-            if arguments.record:
-                with machine.recording(arguments.record, arguments.pins):
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("headless.py was asked to end (SIGTERM) before its programs were done"))
+    try:
+        with Machine() as machine:
+            for error in machine.errors:  # of the start, which go on
+                print(error, file=sys.stderr)
+            try:
+                machine.turn_on()
+                machine.home()
+                if arguments.record:
+                    with machine.recording(arguments.record, arguments.pins):
+                        run(machine, programs)
+                else:
                     run(machine, programs)
-            else:
-                run(machine, programs)
-        except OperatorError as error:
-            print(error, file=sys.stderr)
-            return 1
-        finally:
-            for message in machine.messages:
-                print(message)
+            finally:
+                for message in machine.messages:
+                    print(message)
+    except (OperatorError, Overdue) as error:
+        print(error, file=sys.stderr)
+        return 1
     return 0
 
 

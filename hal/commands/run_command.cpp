@@ -192,7 +192,7 @@ DISPLAY, under timeout(1).)"},
          {"SIGNALS",
           "Ctrl-C and Ctrl-Z reach the program as usual; time continues while it is stopped. SIGTERM and "
           "SIGHUP ask it to "
-          "end; after ten seconds it is killed. Under nohup, it ignores SIGHUP. If any part is killed, the "
+          "end, which the run reports; after ten seconds it is killed. Under nohup, it ignores SIGHUP. If any part is killed, the "
           "rest ends, and nothing is left "
           "behind. If all processes of a run are killed at once, its folder /tmp/plumb-host-* stays, and the "
           "next host of the same user removes it."}},

@@ -119,6 +119,10 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
         }
         if (!end_) continue;
         if (!asked) {
+            if (end_by_signal_)
+                std::fprintf(stderr,
+                             "plumb run: a signal (SIGTERM or SIGHUP) asked the run to end before its program "
+                             "had ended\n");
             programs_.ask_program_to_end();
             asked = Clock::now();
         } else if (!asked_all && Clock::now() - *asked > alone) {
@@ -164,7 +168,7 @@ void Control::attend(int end_descriptor) {
     const timespec patience{idle / std::chrono::seconds(1), (idle % std::chrono::seconds(1)).count()};
     ppoll(waits.data(), waits.size(), &patience, nullptr);
     if (waits.front().revents != 0) {
-        end_ = true;
+        end_ = end_by_signal_ = true;
         return;
     }
     programs_.attend();

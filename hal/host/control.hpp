@@ -106,6 +106,7 @@ private:
     unsigned long settable_at_ = 0;   // state of HAL for which that holds
     bool realtime_ = false;  // LinuxCNC 2.10 asks whether it is started, which a host always is
     bool end_ = false;
+    bool end_by_signal_ = false;
 };
 
 }  // namespace plumb::host

@@ -182,6 +182,9 @@ TEST_P(PlumbRunEnds, WithItsStatusAndLeavesNothing) {
             Child child(role != Role::user, [this](Child&) {
                 const Outcome outcome = run_until(ending, subject, role);
                 EXPECT_EQ(outcome.status, status_of(ending, subject)) << outcome.output << outcome.errors;
+                if (ending == Ending::sigterm) {
+                    EXPECT_THAT(outcome.errors, HasSubstr("a signal (SIGTERM or SIGHUP) asked the run to end"));
+                }
             });
             child.await_success();
             expect_nothing_left({work});
