@@ -77,7 +77,6 @@ public:
             if (std::abs(alone) > least + std::max(std::abs(first), std::abs(after)) / 2)
                 found = Slip{static_cast<int>(axis), alone};
         }
-        if (found) interrupt();
         return found;
     }
 
