@@ -13,8 +13,8 @@ namespace plumb {
 // The moment at which a tool met the work, fitted to the load before and after it (see OnsetFit). The power
 // of the cut and the load of the idling spindle have no influence. The time constant is that of the
 // contact's reference; for the reference itself it is fitted too. So an error of it, or of the shape
-// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references of its tool, the
-// filter of the drive has changed: then the time constant is fitted again (see OnsetShape).
+// of the rise, shifts both alike. If the load rises clearly faster or slower than at all references of its
+// tool, the filter of the drive has changed: then the time constant is fitted again (see OnsetShape).
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
 //    have changed, by the shortest time between two changes.

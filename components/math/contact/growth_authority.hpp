@@ -46,13 +46,16 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::program_event:
             return "The load of an operation rises by the program, not by the work: it does not count.";
         case Doubt::shift:
-            return "All contacts moved at once: other work, zero, tool setting, filter or latency of the drive? "
+            return "All contacts moved at once: other work, zero, tool setting, filter or latency of the "
+                   "drive? "
                    "Growth cannot do that.";
         case Doubt::shift_of_only_tool:
-            return "All contacts moved at once: other work, zero, tool, tool setting, filter or latency of the "
+            return "All contacts moved at once: other work, zero, tool, tool setting, filter or latency of "
+                   "the "
                    "drive? Growth cannot do that.";
         case Doubt::shift_by_feed:
-            return "The contacts moved in proportion to their feeds: another latency or filter of the drive? Growth "
+            return "The contacts moved in proportion to their feeds: another latency or filter of the drive? "
+                   "Growth "
                    "cannot do that.";
         case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
         case Doubt::prediction:
@@ -60,7 +63,8 @@ constexpr const char* sentence(Doubt doubt) {
         case Doubt::uncertain: return "The growth is less certain than work-tolerance.";
         case Doubt::held_back: return "The growth is so uncertain that only a part of it is applied.";
         case Doubt::origin:
-            return "New zero, or another depth? The work offset or a tool length has changed without a reason.";
+            return "New zero, or another depth? The work offset or a tool length has changed without a "
+                   "reason.";
         case Doubt::unknown:
             return "The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept.";
         default: return nullptr;
@@ -82,10 +86,10 @@ public:
         double held = 0, predicted = 0;     // mu, at the last accepted contact and now
         double sigma = 0, since_sigma = 0;  // mu, of `predicted`, and of its change since that contact
         std::array<GrowthEstimator::Possible, GrowthEstimator::most> possible{};  // growths now
-        double apart = 0;                   // mu, standard deviation by which a cut differs from the gauges
-        double spread = 0;                  // mu, of the gate
-        double reference_sigma = 0;         // mu
-        bool predicts = true;               // the model is asked for
+        double apart = 0;            // mu, standard deviation by which a cut differs from the gauges
+        double spread = 0;           // mu, of the gate
+        double reference_sigma = 0;  // mu
+        bool predicts = true;        // the model is asked for
         bool load_valid = true;
         bool barren = false;  // contacts should have come, and none has counted
         bool program_event = false;
@@ -113,17 +117,17 @@ public:
         const double before = part_;
         const double most = allowed(growth_, e, settings.floor / 3);
         if (!silent) damp(growth_ == 0 ? 0 : std::min(most / std::abs(growth_), 1.0));
-        const double wanted = std::clamp(played_, 0.0, 1.0) *
-                              Authority::rising(-age_, -2 * settings.hold, -settings.hold);
+        const double wanted =
+            std::clamp(played_, 0.0, 1.0) * Authority::rising(-age_, -2 * settings.hold, -settings.hold);
         part_ = e.in_cycle ? std::max(part_, wanted) : wanted;
         if (!holds || part_ > before) offset_ = part_ * growth_;
         judge(e, certain, settings);
     }
 
-    // A correction c does more harm than h where the growth is below (c - h) / 2. For none of the growths that
-    // are possible, g with a standard deviation and a weight, shall that be more frequent than one cut in 700,
-    // which is three standard deviations for the only one, and fewer for a less likely one. Up to h no harm is
-    // noticeable; there the growth must be larger than its own uncertainty. Returns the largest c.
+    // A correction c does more harm than h where the growth is below (c - h) / 2. For none of the growths
+    // that are possible, g with a standard deviation and a weight, shall that be more frequent than one cut
+    // in 700, which is three standard deviations for the only one, and fewer for a less likely one. Up to h
+    // no harm is noticeable; there the growth must be larger than its own uncertainty. Returns the largest c.
     static double allowed(double growth, const Evidence& e, double harmless) noexcept {
         constexpr double rare = 3;  // standard deviations
         double most = std::numeric_limits<double>::infinity(), least = 0;
@@ -139,9 +143,9 @@ public:
         return std::isfinite(most) ? std::max(most, least) : 0;
     }
 
-    double offset() const noexcept { return offset_; }          // mu, to be applied
-    double part() const noexcept { return part_; }              // of the growth
-    double age() const noexcept { return age_; }                // s without a contact that counted
+    double offset() const noexcept { return offset_; }  // mu, to be applied
+    double part() const noexcept { return part_; }      // of the growth
+    double age() const noexcept { return age_; }        // s without a contact that counted
     Doubt doubt() const noexcept { return doubt_; }
 
     void forget() noexcept { *this = GrowthAuthority(); }

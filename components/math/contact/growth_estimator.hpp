@@ -17,23 +17,23 @@ enum class Shift : std::int32_t { none, all, only_tool, one_tool, by_feed };
 
 // What is expected of any machine, before its contacts.
 struct ContactPriors {
-    double outlier = 0.005;      // of a contact: a chip or odd blank in 200
-    double tool = 0.0005;        // of a contact: a tool that was changed or measured, once in 2000
-    double all = 0.0005;         // of a contact: other work, zero, setter or drive, once in 2000
-    double delay = 0.0005;       // of a contact: another delay of the load, once in 2000
-    double largest_delay = 0.02; // s, standard deviation of that
-    double fast = 0.1;           // of a contact: growth that the model does not describe
-    double settled_rate = 0.05;  // of max-growth-rate: a machine of which no past is known
-    double slowest = 0.01;       // of max-growth-rate: no machine is quieter than that
-    double shortest = 60;        // s, in which a growth shows
-    double lasting = 300;        // s, for which it keeps its direction
-    double lightest = 1e-5;      // weight of a hypothesis, of the heaviest one
-    double memory = 0.05;        // part of a contact in what is learned: twenty contacts
-    double first = 2;            // contacts that the consistency of 1 counts for at the start
-    double widest = 16;          // ratio of variances found and expected
-    double rough = 1.5;          // of contact-repeatability: seats and blanks, until contacts show them
-    double rough_contacts = 5;   // contacts that this counts for
-    double decided = 0.9;        // weight of a shift that is reported in the cycle in which it is found
+    double outlier = 0.005;       // of a contact: a chip or odd blank in 200
+    double tool = 0.0005;         // of a contact: a tool that was changed or measured, once in 2000
+    double all = 0.0005;          // of a contact: other work, zero, setter or drive, once in 2000
+    double delay = 0.0005;        // of a contact: another delay of the load, once in 2000
+    double largest_delay = 0.02;  // s, standard deviation of that
+    double fast = 0.1;            // of a contact: growth that the model does not describe
+    double settled_rate = 0.05;   // of max-growth-rate: a machine of which no past is known
+    double slowest = 0.01;        // of max-growth-rate: no machine is quieter than that
+    double shortest = 60;         // s, in which a growth shows
+    double lasting = 300;         // s, for which it keeps its direction
+    double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one
+    double memory = 0.05;         // part of a contact in what is learned: twenty contacts
+    double first = 2;             // contacts that the consistency of 1 counts for at the start
+    double widest = 16;           // ratio of variances found and expected
+    double rough = 1.5;           // of contact-repeatability: seats and blanks, until contacts show them
+    double rough_contacts = 5;    // contacts that this counts for
+    double decided = 0.9;         // weight of a shift that is reported in the cycle in which it is found
 };
 
 // The growth by contacts of several gauges. What a contact shows is one of
@@ -73,8 +73,8 @@ public:
         bool other_feeds = false;  // the reference has gauges of other feeds
 
         GrowthBetweenContacts::Gauge its() const noexcept { return {gauge, reference_sigma, feed}; }
-        bool confirmed = false;        // beyond the gate, and other contacts have confirmed it
-        std::int32_t cycle = 0;        // number of the part
+        bool confirmed = false;  // beyond the gate, and other contacts have confirmed it
+        std::int32_t cycle = 0;  // number of the part
     };
 
     enum class Verdict { accepted, claim, withdrawn };
@@ -163,9 +163,9 @@ public:
         return all;
     }
 
-    // Standard deviation by which a cut may differ from the gauges, in mu: by its own seat and blank, now and in
-    // the learning cycle, and by an error that all references share. Seats and blanks scatter as contacts have
-    // shown. References that disagree by more than their sigmas share more, too.
+    // Standard deviation by which a cut may differ from the gauges, in mu: by its own seat and blank, now and
+    // in the learning cycle, and by an error that all references share. Seats and blanks scatter as contacts
+    // have shown. References that disagree by more than their sigmas share more, too.
     double apart(const Settings& settings) const noexcept {
         const double least2 = squared(settings.between.repeatability), found2 = scatter2(settings);
         return std::sqrt(3 * found2 - least2 + shared_error2());
@@ -317,8 +317,7 @@ private:
     // Since the last accepted contact a growth may have come that the model does not describe: slowly, and by
     // a change of speed as much as the whole effect of that.
     double fast_variance(const Hypothesis& h, const Settings& settings) const noexcept {
-        const double rate2 =
-            std::max(rate2_, squared(prior.slowest)) * squared(settings.max_growth_rate);
+        const double rate2 = std::max(rate2_, squared(prior.slowest)) * squared(settings.max_growth_rate);
         const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - h.response);
         return std::min(rate2 * h.since * std::min(h.since, prior.lasting) + by_speed * by_speed,
                         settings.cap * settings.cap);
@@ -336,8 +335,8 @@ private:
         consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
         if (best.answer != Answer::work) return;
         const double its = at(best.parent).since, since = std::max(its, prior.shortest);
-        const double of_fastest = std::max(
-            squared(settings.max_growth_rate) * since * std::min(since, prior.lasting), 1e-12);
+        const double of_fastest =
+            std::max(squared(settings.max_growth_rate) * since * std::min(since, prior.lasting), 1e-12);
         // Where noise hides a growth of the settled rate, the rate stays as it was expected.
         const double noise = consistency_ * variance / of_fastest, settled = squared(prior.settled_rate);
         const double shows = 1 / (1 + squared(noise / settled));
@@ -347,8 +346,8 @@ private:
         rate2_ = std::max(rate2_, 0.0);
     }
 
-    // The square of an error, and the variance expected of it, mu². The more of that is of the load, the growth
-    // and the reference, the less the error shows of seats and blanks.
+    // The square of an error, and the variance expected of it, mu². The more of that is of the load, the
+    // growth and the reference, the less the error shows of seats and blanks.
     void learn_scatter(double error2, double variance, const Settings& settings) noexcept {
         const double least2 = squared(settings.between.repeatability), known2 = scatter2(settings);
         const double rest = variance - least2, shows = squared(known2 / (known2 + rest));
@@ -429,7 +428,8 @@ private:
             h.model.change([](SpeedDrivenGrowth& its) { its.delay_all(squared(prior.largest_delay)); });
             h.late = true;
         }
-        if (c.answer == Answer::work) h.model.change([&](SpeedDrivenGrowth& its) { its.forget_bias(c.fast); });
+        if (c.answer == Answer::work)
+            h.model.change([&](SpeedDrivenGrowth& its) { its.forget_bias(c.fast); });
         const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
                                                                           settings.between.repeatability);
         h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);
@@ -518,7 +518,7 @@ private:
     double consistency_ = 1;
     double scatter_ = prior.rough;  // of seats and blanks, as a part of contact-repeatability
     std::array<double, ContactReferences::capacity> reference_sigmas_{};  // mu; 0 before the first contact
-    std::int32_t compared_ = 0;  // contacts in the consistency
+    std::int32_t compared_ = 0;                                           // contacts in the consistency
     // Square of the rate of growth that the model does not describe, as a part of max-growth-rate.
     double rate2_ = prior.settled_rate * prior.settled_rate;
     std::int32_t accepted_ = 0;  // contacts since nothing was known

@@ -18,9 +18,9 @@ namespace plumb {
 // b is a slow bias, K the growth in the end for u = 1, A d the unknown heat that the machine had at the
 // start, c the growth by a temperature T, s a shift of all contacts that is not growth, l a delay of the load
 // since the reference, r_i the error of the reference of gauge i, which all its contacts share. They are the
-// state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, s, l and the r_i stand, and
-// contacts correct each by its uncertainty. So many contacts of one gauge do not make the growth more certain
-// than its reference is.
+// state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, s, l and the r_i stand,
+// and contacts correct each by its uncertainty. So many contacts of one gauge do not make the growth more
+// certain than its reference is.
 //
 // Where the drive is above all at which contacts came, K is half unknown: a spindle may saturate there.
 class SpeedDrivenGrowth {
@@ -40,8 +40,12 @@ public:
         seen_ = 0;
         std::fill_n(state_.begin(), states, 0);
         state_[gain] = prior.growth;
-        most_ = {squared(start_bias * prior.growth), squared(prior.growth),
-                 squared(start_heat * prior.growth), squared(prior.temperature), 0, 0};
+        most_ = {squared(start_bias * prior.growth),
+                 squared(prior.growth),
+                 squared(start_heat * prior.growth),
+                 squared(prior.temperature),
+                 0,
+                 0};
         wander_ = {squared(prior.wander), 0, 0, 0, 0, 0};
         row_ = {1, 0, 1, 0, 0, 0};
         for (std::size_t i = 0; i < states; ++i) {
@@ -202,8 +206,8 @@ public:
     double largest_gain() const noexcept {
         return std::abs(state_[gain]) + std::sqrt(covariance_[gain][gain]);
     }
-    double growth() const noexcept { return dot(state_, row_, of_growth); }    // mu
-    double variance() const noexcept { return variance(row_, of_growth); }  // mu²
+    double growth() const noexcept { return dot(state_, row_, of_growth); }  // mu
+    double variance() const noexcept { return variance(row_, of_growth); }   // mu²
 
 private:
     static constexpr double forgetting = 1.0 / 90000;  // 1/s, of the gain: as 25 h

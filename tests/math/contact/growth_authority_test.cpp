@@ -152,8 +152,8 @@ TEST(GrowthAuthority, HarmIsRarerThanOneCutIn700) {
     EXPECT_EQ(GrowthAuthority::allowed(4 * um, e, harmless), 0) << "as large as its uncertainty";
 }
 
-// Has the spindle shrunk by 8 um, or is the work higher? The offset is right for the one, and harmless for the
-// other.
+// Has the spindle shrunk by 8 um, or is the work higher? The offset is right for the one, and harmless for
+// the other.
 TEST(GrowthAuthority, TwoExplanationsAreNoWideUncertainty) {
     Applied mill(16 * um);
     mill.single = false;

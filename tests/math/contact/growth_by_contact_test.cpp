@@ -530,7 +530,8 @@ TEST(GrowthByContact, AnotherFilterIsFoundByTheReferencesOfItsOwnTool) {
     EXPECT_EQ(shop.measured.authority().doubt(), Doubt::none);
 }
 
-// The load comes 15 ms later from now on. At two feeds the contacts show that; its answer makes the references follow.
+// The load comes 15 ms later from now on. At two feeds the contacts show that; its answer makes the
+// references follow.
 TEST(GrowthByContact, AnotherLatencyOfTheLoadIsNamedAtTwoFeeds) {
     for (const bool two_feeds : {false, true}) {
         SCOPED_TRACE(two_feeds);
@@ -538,7 +539,8 @@ TEST(GrowthByContact, AnotherLatencyOfTheLoadIsNamedAtTwoFeeds) {
         shop.used.growth.between.by_speed = true;
         shop.used.growth.between.unexplained_growth = 6 * um;
         shop.mill.noise = 0.2;
-        shop.mill.program = {{10, 1, -20}, {20, 2, -40, 3000, two_feeds ? 1.0 : 0}, {30, 1, -20, 3000, two_feeds ? 1.0 : 0}};
+        shop.mill.program = {
+            {10, 1, -20}, {20, 2, -40, 3000, two_feeds ? 1.0 : 0}, {30, 1, -20, 3000, two_feeds ? 1.0 : 0}};
         shop.learn();
         for (int n = 1; n <= 5; ++n) shop.cycle(2 * n * um);
         EXPECT_NEAR(shop.measured.authority().offset(), 10 * um, 3 * um);

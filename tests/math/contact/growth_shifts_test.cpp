@@ -35,7 +35,8 @@ struct Score {
             ++cuts;
             told += cut.told;
             asked += cut.asked;
-            // The panel alone shows a growth that is uncertain, or unknown at a start: there is nothing to do.
+            // The panel alone shows a growth that is uncertain, or unknown at a start: there is nothing to
+            // do.
             const auto doubt = static_cast<Doubt>(cut.doubt);
             const bool message = cut.told && doubt != Doubt::prediction && doubt != Doubt::uncertain &&
                                  doubt != Doubt::held_back && doubt != Doubt::unknown;
@@ -109,8 +110,8 @@ TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
         }
 }
 
-// A spindle that grows by 20 um at once: no estimator can distinguish that from other work. It is asked about,
-// and corrected once the operator has answered.
+// A spindle that grows by 20 um at once: no estimator can distinguish that from other work. It is asked
+// about, and corrected once the operator has answered.
 TEST(GrowthShifts, AStepThatTheOperatorCallsGrowthIsCorrected) {
     for (const double step : {20 * um, -26 * um}) {
         int after = 0;
