@@ -43,8 +43,8 @@ public:
         int stretching = -1;               // the power of the length with which it goes
         // The length, to the way from the last change of speed to an end.
         std::array<double, 2> shortness{1, 1};
-        bool even = true;                  // without sections
-        int command = 0;                   // a number that changes with the way from stroke to command
+        bool even = true;  // without sections
+        int command = 0;   // a number that changes with the way from stroke to command
 
         bool operator==(const Settings& other) const noexcept {
             return inset == other.inset && gain == other.gain && most == other.most &&
@@ -211,8 +211,8 @@ public:
         const bool predicted = std::exchange(predicts_[upper], false);
         if (was_learned_) shift_[upper] = excess_[upper] - steady_excess_[upper];
         if (climb_.complete()) {
-            if (!waits(upper)) correct(upper, error, used,
-                    lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()}, predicted);
+            const Lengths its = lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()};
+            if (!waits(upper)) correct(upper, error, used, its, predicted);
             reference_[upper] = acceleration;
         } else if (beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
@@ -416,7 +416,8 @@ private:
     // Both dead points have moved the same way by as much: the scale has, or the joint. Such a turn corrects
     // nothing.
     bool slips() const noexcept {
-        const double apart = std::abs(shift_[0] - shift_[1]) / 2, common = std::abs(shift_[0] + shift_[1]) / 2;
+        const double apart = std::abs(shift_[0] - shift_[1]) / 2,
+                     common = std::abs(shift_[0] + shift_[1]) / 2;
         return was_learned_ && apart > std::max(2 * settings_.tolerance, 3 * common);
     }
 
@@ -549,9 +550,9 @@ private:
     static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
     // Of an error: a correction, and the first one where no stroke explains the turn: an overshoot, a lag.
     static constexpr double nearly_all = 0.97, strange_part = 0.75, strange_lag_part = 0.9;
-    static constexpr double start_part = 0.08;    // of a turn, by which the start moves it
+    static constexpr double start_part = 0.08;      // of a turn, by which the start moves it
     static constexpr double largest_growth = 0.05;  // of the length
-    static constexpr double again = 0.975;  // of a correction, in the first stroke of a region
+    static constexpr double again = 0.975;          // of a correction, in the first stroke of a region
     static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
 
     Settings settings_;
@@ -564,7 +565,7 @@ private:
     std::array<double, 2> offset_{}, error_{};
     // Of the last cycle that was right; mu, by which an end turns elsewhere since.
     std::array<double, 2> steady_offset_{}, steady_excess_{}, shift_{};
-    std::array<bool, 2> waited_{};  // a correction outward, for a cycle
+    std::array<bool, 2> waited_{};                     // a correction outward, for a cycle
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends

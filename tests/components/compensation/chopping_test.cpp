@@ -965,7 +965,8 @@ TEST_F(Learned, AnotherJerkTimeOrLeadIsLearnedForItself) {
     ASSERT_EQ(get("learned"), 1);
     bench.expect("z >= -20.005", {{"z", "axis.truth-position"}});
     set("max-output-accel", 10000);
-    for (const auto& [pin, value] : {std::pair{"jerk-time", 0.03}, {"lead", 0.01}, {"jerk-time", 0.06}, {"lead", 0}}) {
+    for (const auto& [pin, value] :
+         {std::pair{"jerk-time", 0.03}, {"lead", 0.01}, {"jerk-time", 0.06}, {"lead", 0}}) {
         set(pin, value);  // while it strokes, and in force with the next start
         bench.run(20);
         set("run", 0);
@@ -1040,9 +1041,10 @@ TEST_F(Learned, AScaleThatDoesNotFollowStopsTheStroke) {
 }
 
 TEST_F(Chopping, AScaleThatSlipsIsNamedAndNeverLearned) {
-    for (const char* line : {"loadrt sum2 names=scale", "unlinkp chop.joint-feedback", "net feedback scale.in0",
-                             "net slipped scale.out chop.joint-feedback", "addf scale servo-thread", "setp axis.servo-gain 20",
-                             "setp chop.learn 1", "setp chop.jerk-time 0.01"})
+    for (const char* line :
+         {"loadrt sum2 names=scale", "unlinkp chop.joint-feedback", "net feedback scale.in0",
+          "net slipped scale.out chop.joint-feedback", "addf scale servo-thread", "setp axis.servo-gain 20",
+          "setp chop.learn 1", "setp chop.jerk-time 0.01"})
         bench.command(line);
     start();
     bench.run(30);

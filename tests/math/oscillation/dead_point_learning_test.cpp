@@ -548,7 +548,8 @@ TEST(DeadPointLearning, AScaleThatSlipsIsNamedAndNotLearned) {
     }
 }
 
-// Where an end lies once it was corrected depends on the scale; where the axis turns beyond its command does not.
+// Where an end lies once it was corrected depends on the scale; where the axis turns beyond its command does
+// not.
 TEST(DeadPointLearning, AScaleThatSlipsTakesTheAxisNowhere) {
     for (const bool first : {false, true})
         for (const double slip : {-0.5, -0.03, 0.006, 0.5}) {
@@ -561,7 +562,8 @@ TEST(DeadPointLearning, AScaleThatSlipsTakesTheAxisNowhere) {
             double ends[2] = {learning.offset(false, 600, 100), learning.offset(true, 600, 100)};
             for (int i = 0; i < 8 && verdict == Verdict::none; ++i) {
                 const bool upper = first == (i % 2 == 0);
-                verdict = learning.measured(upper, ends[upper] - 0.2 + (upper ? slip : -slip), ends[upper], 600, 100);
+                verdict = learning.measured(upper, ends[upper] - 0.2 + (upper ? slip : -slip), ends[upper],
+                                            600, 100);
                 EXPECT_LE(learning.offset(upper, 600, 100) - 0.2, 1 * um) << slip << ", turn " << i;
                 ends[!upper] = learning.offset(!upper, 600, 100);  // of the next stroke
             }

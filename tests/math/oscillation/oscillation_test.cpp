@@ -63,7 +63,8 @@ TEST(Oscillation, AFirstWayThatIsShorterThanItsInsetIsLeftOut) {
     }
 }
 
-// Also while the speed rises, without a caution: a weak drive that has given a stroke up goes on from its middle.
+// Also while the speed rises, without a caution: a weak drive that has given a stroke up goes on from its
+// middle.
 TEST(Oscillation, AFirstWayOfALearnedStrokeIsNoQuickerThanAStroke) {
     for (const double caution : {0.1, 0.0}) {
         Oscillation::Settings settings = usual();
