@@ -253,6 +253,7 @@ class Volume(unittest.TestCase):
         rest = {tuple(its["at"]): its["rest"] for its in self.sure_of(*corner, "--pivot", "Y=300")["places"]}
         self.assertAlmostEqual(rest[0, 0, 0], 0)
         self.assertAlmostEqual(rest[0, 300, 0] * 1000, 14, delta=0.1)  # 24 um at Y 0, of which 10 um are corrected
+        self.assertAlmostEqual(rest[0, 600, 0] * 1000, 28, delta=0.1)
         self.assertIn("--pivot: 'W=1' names an axis", self.refused(*self.COLUMN, "--pivot", "W=1"))
 
     def test_diagonals_before_and_after_and_their_steps(self):
