@@ -243,6 +243,8 @@ private:
     CompensationFault by_factor() {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
         const double inverse = common_ / wanted_, room = 2 * inverse_sigma(0);
+        // A small compensation of the wrong sign, which has_wrong_sign() leaves: its limits have no meaning.
+        if (inverse <= 0) return CompensationFault::too_weak;
         finding_.gain = 1 / inverse;
         finding_.gain_low = 1 / (inverse + room);
         finding_.gain_high = inverse > room ? 1 / (inverse - room) : HUGE_VAL;

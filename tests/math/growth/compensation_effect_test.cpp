@@ -180,6 +180,13 @@ TEST(JudgedCompensation, NinetyFiveOf100GainsAreBetweenItsLimits) {
             EXPECT_LE(covered, 0.97 * tests) << gain << ' ' << s;
         }
 }
+TEST(JudgedCompensation, CallsASmallOneOfTheWrongSignTooWeak) {
+    for (int seed = 1; seed <= 50; ++seed) {
+        const CompensationFinding found = judged_compensation(of_30_um(seed, -0.15, 0.5 * um));
+        EXPECT_EQ(found.fault, CompensationFault::too_weak);
+        EXPECT_LT(found.gain, 0);
+    }
+}
 // If the next passes show the gain of the passes so far, the compensation is determined with as many as the finding
 // says, and not with one less; and so with the drift that it says.
 TEST(JudgedCompensation, SaysWhatWouldDetermineIt) {
