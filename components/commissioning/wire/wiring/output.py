@@ -110,10 +110,14 @@ class Output:
         old = IniFile(path) if os.path.exists(path) else None
         lacking = {}
         for (section, name), value in values.items():
-            if section != SECTION and not (old and old.has_section(section)):
+            if section != SECTION and not (old and old.get(section, name) is not None):
                 lacking.setdefault(section, []).append("%s = %s\n" % (name, value))
         for section, lines in lacking.items():
-            text += "\n[%s]\n%s" % (section, "".join(lines))
+            head = re.search(r"^\[%s\].*\n" % re.escape(section), text, re.M)
+            if head:
+                text = text[: head.end()] + "".join(lines) + text[head.end() :]
+            else:
+                text += "\n[%s]\n%s" % (section, "".join(lines))
         if numbers:
             lines = ["%s = %s\n" % item for item in numbers.items()]
             text += "\n[%s]\n# Outputs and inputs of M62 to M68. Wire again when you change one.\n%s" % (SECTION, "".join(lines))
