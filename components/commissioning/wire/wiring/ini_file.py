@@ -92,9 +92,6 @@ class IniFile:
             error.filename = error.filename or tempfile.gettempdir()
             raise
 
-    def has_section(self, section):
-        return bool(self._section(section))
-
     def _section(self, section):
         """Its header and the lines behind it."""
         found = []
