@@ -51,6 +51,7 @@ struct Pass {
 
 TEST(VisitsAtOneTime, BoreByBoreWithTheFirstOneAgain) {
     Pass pass;
+    pass.slope = 20e-6;
     for (const bool turned : {false, true})
         for (const int bore : {1, 2, 3})
             for (const bool compensated : {false, true}) pass.visit(bore, turned, compensated);

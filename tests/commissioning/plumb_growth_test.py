@@ -460,6 +460,144 @@ class Practice(unittest.TestCase):
             self.assertNotIn(",fault,4", file.read())
 
 
+class Verdicts(unittest.TestCase):
+    """Words follow the budget: a machine without a compensation that works, its log edited."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        with open(run_test(cls.folder, 3, {"artifact.compensation-fault": 1}), encoding="ascii") as file:
+            cls.text = file.read()
+        (cls.plain,) = cls.read(cls.text)
+
+    @classmethod
+    def read(cls, *texts):
+        """The results of each of these logs, by one report."""
+        names = [os.path.join(cls.folder, "edited-%d.csv" % index) for index in range(len(texts))]
+        for name, text in zip(names, texts):
+            with open(name, "w", encoding="ascii") as file:
+                file.write(text)
+        out = os.path.join(cls.folder, "out")
+        status, _, error = growth("report", *names, "--output", out)
+        assert (status, error) == (0, ""), error
+        with open(os.path.join(out, "report.html"), encoding="utf-8") as file:
+            cls.page = file.read()
+        with open(os.path.join(out, "results.json"), encoding="utf-8") as file:
+            return json.load(file)["tests"]
+
+    @classmethod
+    def records(cls):
+        return [line.split(",") for line in cls.text.rstrip("\n").split("\n") if is_record(line)]
+
+    @classmethod
+    def with_records(cls, records):
+        head = [line for line in cls.text.rstrip("\n").split("\n") if not is_record(line)]
+        numbered = [",".join([fields[0], str(index + 1), *fields[2:]]) for index, fields in enumerate(records)]
+        return "\n".join(head + numbered) + "\n"
+
+    @classmethod
+    def moved_in_z(cls, moved):
+        """The log of a machine whose tip moves further in Z, by a function of time in hours, in mm."""
+        records = cls.records()
+        for fields in records:
+            if fields[0] == "touch":
+                fields[12] = repr(float(fields[12]) + moved(float(fields[2]) / 3600))
+        return cls.with_records(records)
+
+    def test_pass_and_fail_are_decided_with_the_uncertainty(self):
+        its = self.plain["axes"]["Z"]
+        largest, room = its["on"]["largest_mm"], its["budget"]["expanded_mm"]
+        self.assertGreater(largest, 3 * room)
+        expected = {1.1: "pass", 0.9: "not determined", -0.9: "not determined", -1.1: "fail"}
+        texts = [self.text.replace("tolerance,0.01,0.01,0.015", "tolerance,1,1,%r" % (largest + share * room)) for share in expected]
+        for found, word in zip(self.read(*texts), expected.values()):
+            self.assertEqual((found["axes"]["Z"]["verdict"], found["verdict"]), (word, word))
+            self.assertEqual("within U = " in " ".join(found["reasons"]), word == "not determined")
+
+    def test_stable_names_the_drift_that_it_cannot_see_and_which_way_it_goes(self):
+        creeping, turning = self.read(self.moved_in_z(lambda hours: 0.003 * hours), self.moved_in_z(lambda hours: -0.012 * max(0, hours - 2)))
+        for found, rate in ((self.plain, 0), (creeping, 3), (turning, 12)):
+            room = 1e3 * max(its["budget"]["expanded_mm"] for its in found["axes"].values())
+            text = " ".join(found["reasons"])
+            unseen = float(re.search(r"A drift below ([\d.]+) µm per hour cannot be seen; it may go on, and it may turn\.", text)[1])
+            self.assertAlmostEqual(unseen, 1e3 * found["last_hour_mm"] + room, delta=0.06)
+            self.assertGreater(unseen, rate)
+        self.assertNotIn("Z still drifted", " ".join(self.plain["reasons"]))
+        self.assertRegex(" ".join(turning["reasons"]), r"Z still drifted by -\d+\.\d µm per hour at the end, back towards its cold place")
+
+    def test_a_machine_that_has_cooled_in_a_break_is_judged_as_before(self):
+        kept = [fields for fields in self.records() if "stop" not in fields]
+        kept[-1][9] = "pass-end"
+        passes, visits = (max(int(fields[field]) for fields in kept if fields[0] == "touch") for field in (3, 4))
+        later = float(kept[-1][2]) + 14 * 3600  # cold again
+        resumed = [*kept[-1][:9], "resumed", "0"]
+        resumed[2] = repr(later)
+        again = []
+        for fields in kept:
+            fields = [*fields[:2], repr(float(fields[2]) + later), *fields[3:]]
+            if fields[0] in ("touch", "event"):
+                fields[3:5] = str(int(fields[3]) + passes), str(int(fields[4]) + visits)
+            if fields[0] != "event" or fields[9] != "begin":
+                again.append(fields)
+        (found,) = self.read(self.with_records(kept + [resumed] + again))
+        for axis, its in self.plain["axes"].items():
+            now = found["axes"][axis]
+            self.assertLess(now["budget"]["expanded_mm"], 1.2 * its["budget"]["expanded_mm"], axis)
+            self.assertAlmostEqual(now["off"]["largest_rate_mm_per_h"], its["off"]["largest_rate_mm_per_h"], delta=UM)
+            self.assertEqual(now["verdict"] == "fail", its["verdict"] == "fail")
+        self.assertEqual(found["compensation"]["sentence"], self.plain["compensation"]["sentence"])
+        paths = re.findall(r'<path class="l\d" d="([^"]+)"', self.page)
+        self.assertGreater(len(paths), 10)
+        self.assertEqual({path.count("M") for path in paths}, {2}, "no line is drawn through the break")
+
+    def test_the_report_is_not_called_a_test_after_the_standard(self):
+        self.assertIn("Not an ISO 230-3 test", self.plain["clause"])
+        self.assertIn("Not an ISO 230-3 test", self.page)
+
+
+class Budget(unittest.TestCase):
+    """The uncertainty comes from the repeats of a test."""
+
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def budget(self, name, settings):
+        folder = os.path.join(self.folder, name)
+        os.mkdir(folder)
+        log = run_test(folder, 3, {"artifact.both-states": 0, **settings})
+        return results_of(log, folder)["axes"]["Z"]["budget"], log
+
+    def test_seats_and_touches_that_scatter_are_found(self):
+        plain, _ = self.budget("plain", {})
+        seats, log = self.budget("seats", {"artifact.probe-seating": 0.004})
+        touches, _ = self.budget("touches", {"artifact.probe-repeatability": 0.002, "artifact.probe-false-triggers": 0})
+        self.assertLess(plain["seat_mm"], 1.6 * UM)
+        self.assertTrue(1.8 * UM < seats["seat_mm"] < 8 * UM, seats)
+        self.assertAlmostEqual(seats["touch_mm"], plain["touch_mm"], delta=0.1 * UM)
+        self.assertTrue(0.75 * 2 / math.sqrt(2) * UM < touches["touch_mm"] < 1.25 * 2 / math.sqrt(2) * UM, touches)  # of two
+        self.assertGreater(seats["expanded_mm"], 1.5 * plain["expanded_mm"])
+        with open(os.path.join(os.path.dirname(log), "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        row = re.search(r'reference pass</th>.*?<th scope="row">Z</th>(.*?)</tr>', page, re.S)[1]
+        cells = re.findall(r"<td>([^<]+)</td>", row)
+        self.assertEqual(cells[:3], ["%.2f" % (1e3 * seats[part]) for part in ("touch_mm", "seat_mm", "drift_mm")])
+        self.assertEqual(cells[-1], "%.1f" % (1e3 * seats["expanded_mm"]))
+
+    def test_four_passes_do_not_pretend_to_know_the_seat(self):
+        _, log = self.budget("whole", {})
+        with open(log, encoding="ascii") as file:
+            lines = file.read().split("\n")
+        end = next(index for index, line in enumerate(lines) if ",pass-end," in line and line.split(",")[3] == "4")
+        part = os.path.join(self.folder, "part.csv")
+        with open(part, "w", encoding="ascii") as file:
+            file.write("\n".join(lines[: end + 1]) + "\n")
+        its = results_of(part, os.path.join(self.folder, "part"))["axes"]["Z"]
+        self.assertGreater(its["uncertainty_mm"], math.sqrt(2) * 0.8 * UM)
+        self.assertGreater(its["budget"]["expanded_mm"], 2.1 * its["uncertainty_mm"])
+
+
 class Faults(unittest.TestCase):
     def test_each_fault_of_a_compensation_is_named(self):
         for fault, words in FAULTS.items():
@@ -544,6 +682,9 @@ class Identify(unittest.TestCase):
         self.assertNotIn("growth-2 ", lines)
         self.assertNotIn("speed", law_of(self.log, "--no-speed")["lines"])
 
+    def test_equal_cycles_give_no_term_by_speed(self):
+        self.assertNotIn("speed", law_of(self.log)["lines"])
+
     def test_lengths_are_those_of_the_machine(self):
         lines = [line.replace("unit,1", "unit,25.4") if line.startswith("unit,") else line for line in self.lines]
         scaled = [",".join(field if i < 10 else repr(float(field) / 25.4) for i, field in enumerate(line.split(","))) if line.startswith("touch") else line for line in lines]
@@ -573,14 +714,16 @@ class Identify(unittest.TestCase):
         self.assertIn("there is no sensor 'column'", error)
 
 
-def gauges(hot=0.015, common=0.0, shop=0.0, start=0.0, hours=10):
-    """A day of gauges, each 5 min: a spindle in steps, a structure that follows the shop, and growth by both."""
-    lines, warm = ["TIME,S,T1,T2,T3,Z"], 0.0
+def gauges(hot=0.015, common=0.0, shop=0.0, start=0.0, hours=10, slow=0.0):
+    """A day of gauges, each 5 min: a spindle in steps, a structure that follows the shop, a part that warms by 1 K, and growth by all."""
+    lines, warm = ["TIME,S,T1,T2,T3,T4,Z"], 0.0
     for step in range(hours * 12):
         speed = (0, 6000, 12000, 0, 9000)[step // 12 % 5]
         warm += (speed / 2000 - warm) * (1 - math.exp(-5 / 30))
         air = shop * math.sin(step / 40)
-        lines.append("%d,%d,%.3f,%.3f,%.3f,%.3f" % (5 * step, speed, 20 + start + warm + air, 20 + start + air, 21 + start + air, 1e3 * (hot * warm + common * air)))
+        part = step / (hours * 12)
+        temperatures = (20 + start + air + rise for rise in (warm, 0, 1, part))
+        lines.append("%d,%d,%.3f,%.3f,%.3f,%.3f,%.3f" % (5 * step, speed, *temperatures, 1e3 * (hot * warm + common * air + slow * part)))
     return lines
 
 
@@ -607,6 +750,10 @@ class Gauges(unittest.TestCase):
         self.assertAlmostEqual(terms["T1"][0], 15, delta=0.5)
         self.assertAlmostEqual(terms["all sensors together"][0], 0, delta=0.5)
         self.assertEqual(set(terms), {"T1", "all sensors together"})
+
+    def test_a_term_that_the_day_does_not_determine_is_left_out(self):
+        self.assertEqual(set(self.terms(gauges(slow=0.006))), {"T1", "T4", "all sensors together"})
+        self.assertEqual(set(self.terms(gauges(slow=0.001))), {"T1", "all sensors together"})
 
     def test_a_common_change_that_the_day_does_not_show_stays_uncertain(self):
         self.assertGreater(self.terms(gauges())["all sensors together"][1], 2.5)
@@ -647,7 +794,7 @@ class Gauges(unittest.TestCase):
         lines[7] = re.sub(r"^(\d+,\d+),[^,]+", r"\1,nan", lines[7])
         lines[9] = re.sub(r",[^,]+$", ",", lines[9])
         self.assertAlmostEqual(self.terms(lines)["T1"][0], 15, delta=0.5)
-        for line, text, why in ((3, "5,0,20", ":4: has 3 fields"), (3, "5,0,20,20,21,0", ":4: the time does not rise"), (0, "TIME,S,T1", ":1: names no column of growth"), (0, "S,T1,Z", ":1: names no column of times")):
+        for line, text, why in ((3, "5,0,20", ":4: has 3 fields"), (3, "5,0,20,20,21,21,0", ":4: the time does not rise"), (0, "TIME,S,T1", ":1: names no column of growth"), (0, "S,T1,Z", ":1: names no column of times")):
             broken = gauges()
             broken[line] = text
             status, _, error = self.law(broken)
@@ -840,6 +987,9 @@ class Plan(unittest.TestCase):
             law = law_of(log)["axes"]["Z"]
             self.assertAlmostEqual(its["rest_um"], max(0.5, 1e3 * law["rest_mm"]), delta=0.01)
             self.assertEqual(self.plan(4, "--log", log, "--rest", "3")["machine"]["rest_um"], 3)
+            results_of(log, os.path.join(folder, "report"))
+            with open(os.path.join(folder, "report", "report.html"), encoding="utf-8") as file:
+                self.assertIn("Not determined: the spindle speed of the work changed", file.read())
             code, out, error = growth("plan", "--hours", "4", "--log", log, "--ngc")
             self.assertEqual((code, error), (0, ""))
             self.assertIn("for the machine of growth-0.csv", out)

@@ -226,6 +226,8 @@ class Identified(unittest.TestCase):
         status, output = run(folder, machine, shortened(machine, "identified.ini"), "short.ngc")
         self.assertEqual(status, 0, output)
         results = report(machine)
+        visits = [(line[3], line[7]) for line in records(machine, "event") if line[9] == "measured"]
+        self.assertEqual([state for number, state in visits if number == "1"], ["0", "1"] * 2)  # the first bore again, in both states
         off, on = (next(s["points"] for s in results["series"] if s["compensated"] == state) for state in (False, True))
         self.assertTrue(all(value == 0 for point in off for value in point["compensation_mm"]))
         warmest = max(float(line[4]) for line in records(machine, "temperature") if line[3] == "1")
