@@ -667,7 +667,7 @@ class Identify(unittest.TestCase):
         law = law_of(self.log)
         axis = law["axes"]["Z"]
         self.assertTrue(axis["used"])
-        self.assertLess(axis["rest_mm"], axis["predicted_rest_mm"])
+        self.assertLess(2 * axis["rest_mm"], axis["predicted_rest_mm"])  # between its neighbours a pass hides what a duty shows
         self.assertLess(axis["predicted_rest_mm"], 0.4 * axis["drift_mm"])
         status, output, error = growth("identify", self.log)
         self.assertEqual((status, error), (0, ""))
