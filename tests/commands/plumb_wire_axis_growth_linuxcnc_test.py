@@ -20,6 +20,9 @@ class AxisGrowth(Sample):
         stages = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         for axis in "xyz":
             self.assertRegex(stages, r"net %s-growth-offset +=> %s-stage.offset-0\n" % (axis, axis))
+        # It is true in a pause, too, when the tool may be in the cut.
+        self.assertRegex(stages, r"net program-running +linuxcnc-alive.program-running\b")
+        self.assertRegex(read(os.path.join(self.folder(AXIS_MM), "axis_growth.hal")), r"net program-running +=> axis-growth.cycle-running\n")
         growth = read(os.path.join(self.folder(AXIS_MM), "thermal_displacement.hal"))
         self.assertRegex(growth, r"net \S+ +=> growth.z-position\n")
         self.assertIn('pin  = "axis-growth-doubt"', read(os.path.join(self.folder(AXIS_MM), "messages.toml")))
