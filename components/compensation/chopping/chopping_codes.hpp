@@ -67,7 +67,7 @@ constexpr const char* sentence(Fault fault) {
                    "than a tenth of the stroke: wrong scale, wrong wiring, or the axis is stuck; the stroke "
                    "was stopped.";
         case Fault::beyond:
-            return "The axis passed a dead point by more than max-beyond; learning began again, at reduced "
+            return "The axis passed a dead point by more than max-beyond; learning begins again, at reduced "
                    "speed.";
         case Fault::not_learned:
             return "The dead points are not within tolerance after 30 cycles at full speed.";

@@ -124,11 +124,11 @@ private:
         if (doubts_[upper] >= 2) return Event::wrong_scale;
         if (doubts_[0] + doubts_[1] > 0 || !present.without_override || its.speed != present.speed)
             return Event::none;
-        if (its.braking != learning_.braking() ||
-            !learning_.has(upper, its.bound, its.opposite, its.learned))
+        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound, its.opposite, its.learned))
             return Event::none;
         switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
                                    {its.length, leaving})) {
+            case Verdict::passed: return Event::beyond;
             case Verdict::beyond: lag_.begin(); return Event::beyond;
             case Verdict::slips: return Event::slips;
             default: return Event::corrected;

@@ -55,8 +55,10 @@ public:
         }
     };
 
-    // What a measured dead point has brought. slips: the scale has moved against the joint.
-    enum class Verdict { none, beyond, slips };
+    // What a measured dead point has brought. passed: the axis or its scale went beyond, which the next dead
+    // point decides. beyond: the axis did, and learning begins again. slips: the scale has moved against the
+    // joint.
+    enum class Verdict { none, passed, beyond, slips };
 
     // Takes up a stroke: one that it has learned with its corrections, any other one from the beginning.
     void select(const Stroke& stroke, const Settings& settings) noexcept {
@@ -217,13 +219,19 @@ public:
         } else if (beyond) {
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
         }
+        const bool passes = was_learned_ && beyond;
+        const bool decides = std::exchange(passed_, passed_ || passes);
         if (slips()) {
             offset_ = steady_offset_;
             known_ = {false, false};
-            return ++slips_ >= 3 ? Verdict::slips : Verdict::none;
+            if (++slips_ < 3) return passes ? Verdict::passed : Verdict::none;
+            passed_ = false;
+            return Verdict::slips;
         }
         slips_ = 0;
-        return known_[0] && known_[1] ? cycle(upper) : Verdict::none;
+        if (decides) return pass_beyond();
+        if (passes) return Verdict::passed;
+        return known_[0] && known_[1] ? cycle() : Verdict::none;
     }
 
     bool learned() const noexcept { return good_ >= 2; }
@@ -273,6 +281,7 @@ private:
         known_ = {false, false};
         shift_ = {};
         waited_ = {false, false};
+        passed_ = false;
         cycles_ = good_ = slips_ = unshown_ = 0;
         was_learned_ = false;
         drift_ = 0;
@@ -366,13 +375,9 @@ private:
         slopes_[upper] = trend.slope();
     }
 
-    // `upper` is the last dead point. Where only this one is beyond, the other one decides whether the scale
-    // slips.
-    Verdict cycle(bool upper) noexcept {
+    Verdict cycle() noexcept {
         known_ = {false, false};
         const bool beyond = std::max(error_[0], error_[1]) > settings_.most_beyond;
-        known_[upper] = was_learned_ && beyond && !(error_[!upper] > settings_.most_beyond);
-        if (known_[upper]) return Verdict::none;
         if (!climb_.complete()) {
             if (beyond) return pass_beyond();
             rise();
@@ -566,6 +571,7 @@ private:
     // Of the last cycle that was right; mu, by which an end turns elsewhere since.
     std::array<double, 2> steady_offset_{}, steady_excess_{}, shift_{};
     std::array<bool, 2> waited_{};                     // a correction outward, for a cycle
+    bool passed_ = false;                              // a dead point, by the axis or by its scale
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends

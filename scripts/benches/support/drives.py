@@ -138,7 +138,8 @@ def fail(host, plant, drawn, outcome):
     outcome.strokes_until_told = (host.time - before) / (cycle / 2)
     host.run(cycle)
     outcome.beyond_later = beyond(host, drawn)
-    outcome.affected = outcome.fault_later != 0 or abs(host.get("chop.upper-error")) > 0.005 or abs(host.get("chop.lower-error")) > 0.005
+    errors = [abs(host.get(f"chop.{end}-error")) for end in ("upper", "lower")]
+    outcome.affected = outcome.fault_later != 0 or max(outcome.beyond_later, UM * max(errors)) > 5
 
 
 def table(results):

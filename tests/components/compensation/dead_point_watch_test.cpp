@@ -86,6 +86,8 @@ struct Strokes {
         next(6);
     }
 
+    bool upward() const { return upward_; }  // the next one
+
 private:
     double place_ = 10;
     bool upward_ = true;
@@ -121,6 +123,22 @@ TEST(DeadPointWatch, AScaleThatSlipsIsNamed) {
     it.learn();
     it.axis = [](double command) { return command + 0.05; };
     EXPECT_EQ(it.next(6).count(Event::slips), 1u);
+}
+
+TEST(DeadPointWatch, ADeadPointThatIsPassedOnceIsToldThoughTheNextOnesAreShort) {
+    Strokes it;
+    double beyond[2] = {0, 0};  // mu, lower, upper
+    it.axis = [&](double command) { return 25 + (command - 25) * (1 + beyond[command > 25] / 15); };
+    it.learn();
+    if (!it.upward()) it.next();
+    beyond[1] = 24 * um;
+    EXPECT_EQ(it.next().count(Event::beyond), 0u);
+    beyond[0] = -43 * um;
+    beyond[1] = -45 * um;
+    EXPECT_EQ(it.next().count(Event::beyond), 1u) << "in the stroke after it";
+    EXPECT_FALSE(it.watch.learning().rising());
+    EXPECT_EQ(it.next(2).count(Event::beyond), 1u);
+    EXPECT_TRUE(it.watch.learning().rising());
 }
 
 TEST(DeadPointWatch, AScaleOfAnotherUnitIsWrong) {

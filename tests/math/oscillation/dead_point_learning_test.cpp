@@ -529,6 +529,10 @@ TEST(DeadPointLearning, AfterTheSecondTimeBeyondTheLastGoodSpeedStays) {
     EXPECT_FALSE(learning.capped());
 }
 
+bool undecided(Verdict verdict) {
+    return verdict == Verdict::none || verdict == Verdict::passed;
+}
+
 TEST(DeadPointLearning, AScaleThatSlipsIsNamedAndNotLearned) {
     const Axis axis{-0.2};
     for (const double slip : {-0.03, 0.006, 0.5}) {
@@ -538,11 +542,11 @@ TEST(DeadPointLearning, AScaleThatSlipsIsNamedAndNotLearned) {
         ASSERT_TRUE(learning.learned());
         const double offset = learning.offset(true, 600, 100);
         Verdict verdict = Verdict::none;
-        for (int i = 0; i < 4 && verdict == Verdict::none; ++i)
-            for (const bool upper : {false, true}) {
-                const double used = learning.offset(upper, 600, 100);
-                verdict = learning.measured(upper, used - 0.2 + (upper ? slip : -slip), used, 600, 100);
-            }
+        for (int i = 0; i < 8 && undecided(verdict); ++i) {
+            const bool upper = i % 2 != 0;
+            const double used = learning.offset(upper, 600, 100);
+            verdict = learning.measured(upper, used - 0.2 + (upper ? slip : -slip), used, 600, 100);
+        }
         EXPECT_EQ(verdict, Verdict::slips) << slip;
         EXPECT_NEAR(learning.offset(true, 600, 100), offset, 1e-9) << slip;
     }
@@ -560,7 +564,7 @@ TEST(DeadPointLearning, AScaleThatSlipsTakesTheAxisNowhere) {
             ASSERT_TRUE(learning.learned());
             Verdict verdict = Verdict::none;
             double ends[2] = {learning.offset(false, 600, 100), learning.offset(true, 600, 100)};
-            for (int i = 0; i < 8 && verdict == Verdict::none; ++i) {
+            for (int i = 0; i < 8 && undecided(verdict); ++i) {
                 const bool upper = first == (i % 2 == 0);
                 verdict = learning.measured(upper, ends[upper] - 0.2 + (upper ? slip : -slip), ends[upper],
                                             600, 100);
@@ -568,6 +572,36 @@ TEST(DeadPointLearning, AScaleThatSlipsTakesTheAxisNowhere) {
                 ends[!upper] = learning.offset(!upper, 600, 100);  // of the next stroke
             }
             EXPECT_EQ(verdict, Verdict::slips) << slip;
+            for (int i = 0; i < 4; ++i) {
+                const double used = learning.offset(i % 2, 600, 100);
+                EXPECT_EQ(learning.measured(i % 2, used - 0.2, used, 600, 100), Verdict::none)
+                    << "the scale is right again, " << slip;
+            }
+        }
+}
+
+// A drive that loses force goes beyond at an end, and short at the next one, as if its scale had slipped.
+TEST(DeadPointLearning, APassedDeadPointIsToldAtOnceAndLearningBeginsAgain) {
+    for (const bool first : {false, true})
+        for (const double next : {0.0, -43 * um}) {
+            const Axis axis{-0.2};
+            DeadPointLearning learning;
+            learning.select(stroke, usual());
+            for (int i = 0; i < 30; ++i) axis.cycle(learning);
+            ASSERT_TRUE(learning.learned());
+            const auto turn = [&](bool upper, double elsewhere) {
+                const double used = learning.offset(upper, 600, 100);
+                return learning.measured(upper, used - 0.2 + elsewhere, used, 600, 100);
+            };
+            EXPECT_EQ(turn(first, 24 * um), Verdict::passed);
+            EXPECT_FALSE(learning.rising()) << "the scale may have slipped";
+            Verdict verdict = turn(!first, next);
+            if (next != 0) {
+                EXPECT_EQ(verdict, Verdict::none);
+                verdict = turn(first, -68 * um);
+            }
+            EXPECT_EQ(verdict, Verdict::beyond) << next;
+            EXPECT_TRUE(learning.rising());
         }
 }
 
