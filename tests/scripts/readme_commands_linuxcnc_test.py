@@ -91,6 +91,8 @@ COMMANDS = {
         "scripts/package --twice trixie": ROOT_NEEDED,
         "scripts/try-package trixie": ROOT_NEEDED,
         "scripts/package --linuxcnc build-trixie/linuxcnc-2.10 trixie": ROOT_NEEDED,
+        "scripts/package --arch arm64 trixie": ROOT_NEEDED,
+        "scripts/try-arm64 trixie": ROOT_NEEDED,
         "scripts/try-package --linuxcnc build-trixie/linuxcnc-2.10 trixie": ROOT_NEEDED,
         "scripts/test-on --linuxcnc build-trixie/linuxcnc-2.10 trixie": ROOT_NEEDED,
         "scripts/setup speed_benchmark && build/tests/speed_benchmark": LONG,
@@ -114,6 +116,9 @@ COMMANDS = {
         "plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json": Run("empty", then="grep -q can_correct machine.json"),
         "plumb squareness --json --input machine.json": Run("empty", before="plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json"),
         "plumb squareness --chain w-Z.b-X-Y-C-t ...": Run("empty", then="test -s column.svg"),
+    },
+    "components/commissioning/volume/README.md": {
+        "plumb volume uncertainty ...": Run("empty", change=("--json", "--json > volume.json"), then="grep -q without_u volume.json"),
     },
     "components/io/sensor/README.md": {
         "scripts/sensor-speed": LONG,

@@ -76,7 +76,7 @@ inline void type(TomlReader& table, CanChannel& channel) {
     channel.signal.length = channel.bit ? 1 : f64 ? 64 : f32 ? 32 : 16;
     if ((channel.bit || f64 || f32) && table.has("length") &&
         table.whole("length", 1, 64) != channel.signal.length)
-        table.refuse("length", "is not that of the type: " + std::to_string(channel.signal.length));
+        table.refuse("length", "differs from the length of the type: " + std::to_string(channel.signal.length));
 }
 
 // Frames by id or parameter group, or an object.

@@ -150,7 +150,7 @@ TEST_F(CanSettingsFile, RefusalsNameLineKeyAndTheRight) {
     EXPECT_THAT(refusal(link + channel + "id = 1\nstart-bit = 510\nlength = 3\n"),
                 HasSubstr("beyond the 64 bytes"));
     EXPECT_THAT(refusal(link + channel + "id = 1\nstart-bit = 0\ntype = \"f32\"\nlength = 16\n"),
-                HasSubstr("that of the type: 32"));
+                HasSubstr("length differs from the length of the type: 32"));
     EXPECT_THAT(refusal(link + channel + "id = 1\nstart-bit = 0\nstart = 0\n"),
                 HasSubstr(":9: unknown key 'start'"));
     EXPECT_THAT(refusal(link + channel + "id = 1\nstart-bit = 0\norder = \"big\"\n"),
