@@ -3,6 +3,7 @@
 """configs/growth: a growth test by the G-code in a complete LinuxCNC, killed and resumed; on a trunnion; without a table; and with
 axis_growth as the compensation."""
 
+import contextlib
 import csv
 import glob
 import json
@@ -90,6 +91,14 @@ def gone(folder):
             return
         time.sleep(0.05)
     raise AssertionError("programs of a killed LinuxCNC are still there")
+
+
+def running(word):
+    """The programs that have this word on their command line."""
+    for path in glob.glob("/proc/[0-9]*/cmdline"):
+        with contextlib.suppress(OSError), open(path, "rb") as file:
+            if word.encode() in file.read().split(b"\0"):
+                yield int(path.split("/")[2])
 
 
 def run(folder, machine, ini, *arguments):
@@ -189,6 +198,23 @@ class Single(unittest.TestCase):
         self.assertEqual(status, 1, output)
         self.assertNotIn("aborts.ngc is done", output)
         self.assertIn("aborts.ngc was aborted before its end, and LinuxCNC gave no reason", output)
+
+    def test_a_log_that_has_died_is_told(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        begun = os.path.join(machine, "begun")
+        with open(os.path.join(machine, "waits.ngc"), "w", encoding="ascii") as file:
+            file.write("(LOGOPEN,%s)\n(LOGCLOSE)\nG4 P300\nM2\n" % begun)
+        process = start(folder, os.path.join(machine, "growth.ini"), "waits.ngc")
+        end = time.monotonic() + PATIENCE
+        while not os.path.exists(begun) and time.monotonic() < end and process.poll() is None:
+            time.sleep(0.05)
+        for number in running(os.path.join(machine, "growth.toml")):
+            os.kill(number, signal.SIGKILL)
+        status, output = finish(process)
+        self.assertEqual(status, 1, output)
+        self.assertIn("growth_log has ended: the growth test is not written. Start growth_log again", output)
+        self.assertNotIn("waits.ngc is done", output)
 
     def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):
         folder = own_folder(type(self))
