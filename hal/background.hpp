@@ -67,7 +67,7 @@ private:
     }
 
     void start_thread() {
-        // The program's own threads take the signals. This one takes only those of its own failures.
+        // The program's own threads take the signals. This one takes only the signals of its own failures.
         sigset_t blocked, before;
         sigfillset(&blocked);
         for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT})

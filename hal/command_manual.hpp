@@ -17,7 +17,7 @@ struct CommandPage {
     std::string see_also;                                       // halcmd(1), plumb(1)
 };
 
-// In man(7) markup, section 1. The summary and the options are those of the command.
+// In man(7) markup, section 1. The summary and the options come from the command.
 std::string command_manual(const CLI::App& command, const CommandPage& page);
 
 // Adds the option that prints a command's manual page.

@@ -41,7 +41,7 @@ inline double millimetres_of_option(const std::string& unit) {
                                 "millimetre (0.001 to 1000)");
 }
 
-// Whether a pin's unit is that of a length, by whatever it is divided.
+// Whether a pin's unit is a length, or a length divided by something.
 inline bool is_length(const std::string& unit) {
     return unit == "mu" || unit.compare(0, 3, "mu/") == 0;
 }
@@ -57,7 +57,7 @@ public:
         : millimetres_(millimetres_of_option(registrar(owner).add(OptionInfo{
               length_option, "mm",
               "Machine unit of length: mm or inch, or as [TRAJ]LINEAR_UNITS has it. One for all "
-              "instances is enough. Another unit than that of LinuxCNC's INI file is refused."}))) {}
+              "instances is enough. A unit that differs from LinuxCNC's INI file is refused."}))) {}
     LengthUnit(const LengthUnit&) = delete;
     LengthUnit& operator=(const LengthUnit&) = delete;
 

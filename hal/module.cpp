@@ -163,7 +163,7 @@ Place place_of_function(const std::string_view function) {
     return Place::none;
 }
 
-// The settings whose sign turns the effect round, for interlock likewise.
+// The settings whose sign turns the effect round, for interlock.
 char turning[64][HAL_NAME_LEN + 1];
 std::atomic<std::size_t> number_of_turning{0};
 
@@ -180,7 +180,7 @@ bool turns(const std::string_view pin) {
     return false;
 }
 
-// The options of the load line, by instance, likewise.
+// The options of the load line, by instance, for interlock.
 struct GivenOptions {
     char instance[HAL_NAME_LEN + 1] = "";
     char text[256] = "";

@@ -17,7 +17,7 @@ enum class Place : std::uint8_t {
     stage,        // brings them into an axis
     interlock,    // permits them
     measurement,  // reads positions
-    program,      // of a simulated machine, likewise the next two
+    program,      // of a simulated machine, as the next two
     machine,
     load,
 };
@@ -31,7 +31,7 @@ struct PlaceInfo {
     const char* name;    // for programs
     const char* words;   // for people
     unsigned after;      // the places before it, as a sum of bits
-    bool in_its_thread;  // in that of motion-controller
+    bool in_its_thread;  // in the thread of motion-controller
     bool needed;         // a function that no thread has is a mistake
 };
 

@@ -43,7 +43,7 @@ inline void require_regular_file(const std::filesystem::path& file) {
 // A regular file that is open. All throw std::system_error, which names the file.
 class RegularFile {
 public:
-    // Does not wait, as it would for the writer of a pipe. Flags are those of open().
+    // Does not wait, as it would for the writer of a pipe. Flags as for open().
     RegularFile(std::filesystem::path path, int flags, mode_t mode = 0) : path_(std::move(path)) {
         number_ = ::open(path_.c_str(), flags | O_NONBLOCK | O_CLOEXEC, mode);
         if (number_ < 0 && errno == ELOOP && (flags & O_NOFOLLOW) != 0)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The threads of HAL and their functions, as a realtime module sees them. LinuxCNC has no call for this, so
-// the layouts of the lists in HAL's memory stand here: those of LinuxCNC 2.9 and 2.10; any other is not read.
+// the layouts of the lists in HAL's memory of LinuxCNC 2.9 and 2.10 stand here; any other is not read.
 #pragma once
 
 #include "hal/linuxcnc_series.hpp"

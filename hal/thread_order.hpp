@@ -23,8 +23,8 @@ struct ThreadFunctions {
 
 // A function that is not where it belongs.
 struct Misplaced {
-    std::string sentence;  // with its name, that of the thread, and those of the functions it should follow
-    std::vector<std::string> commands;  // of halcmd; those of all, one after the other, mend all
+    std::string sentence;  // names it, its thread, and the functions it should follow
+    std::vector<std::string> commands;  // of halcmd; all of them, one after the other, correct the order
 };
 
 namespace order {
@@ -146,8 +146,8 @@ inline std::size_t busiest(const std::vector<ThreadFunctions>& threads) {
     return result;
 }
 
-// The thread where the functions between motion and the drives belong: that of motion-controller, without it
-// that of interlock.
+// The thread where the functions between motion and the drives belong: the thread of motion-controller, without it
+// the thread of interlock.
 struct Home {
     std::size_t thread = nowhere;
     std::string function;

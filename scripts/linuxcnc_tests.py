@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's own regression tests with the virtual-time host, beside the same with LinuxCNC's own realtime side.
 
-The tests are those of the source package of the LinuxCNC that is installed, unmodified. A folder is a test if it has a
+The tests come from the source package of the installed LinuxCNC, unmodified. A folder is a test if it has a
 test.hal, which halrun runs, or a test.sh, which bash runs. It passes when that succeeds, and then its checkresult does, or
 else its output is the file `expected`.
 """

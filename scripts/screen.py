@@ -237,7 +237,7 @@ class Finger:
                               timeout=PATIENCE, check=False).returncode == 0
 
     def find_tab(self, title, places):
-        """Presses places in the window of that title, of which one is on the tab, until the panel is seen: a busy screen loses presses."""
+        """Presses places in the window of that title, one of them on the tab, until the panel is seen: a busy screen loses presses."""
         self.until(self.is_there, "the panel")
         self.until(lambda: self.fill(title), "the window " + title)
         self.rest()

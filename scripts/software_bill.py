@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Prints the software bill of a build as an SPDX 2.3 file: software_bill.py VERSION.
 
-The packages and licences are those of the table in SECURITY.md, the versions those that are installed on this computer.
+Packages and licences come from the table in SECURITY.md, versions from this computer.
 SOURCE_DATE_EPOCH, where it is set, gives the date.
 """
 

@@ -66,7 +66,7 @@ def files(ini, beginning, names, kept, messaging):
         numbers = Numbers(functions, machine, {}, names)
         wiring = Wiring(functions, machine, "", numbers, commissioning=False)
         renamed = {name: other for name, other in {**wiring.names, **numbers.moved}.items() if name != other}
-        if wiring.problems or renamed:  # the files of the functions are those of any machine
+        if wiring.problems or renamed:  # the files of the functions are alike for all machines
             raise SystemExit("%s: %s" % (ini, "\n".join(wiring.problems) or "other names: %s" % renamed))
         written = wiring.files
         texts = {"stages.hal": written.stages(), "order.tcl": written.order(), "messages.toml": written.messages()}

@@ -12,7 +12,7 @@
         machine.run("part.ngc")
 
 An error message of LinuxCNC is raised as OperatorError by the call that meets it. Times are
-in seconds of this program's clock: those of the machine under `plumb run`, which also makes recordings. A
+in seconds of this program's clock: machine time under `plumb run`, which also makes recordings. A
 Machine is for one thread at a time, and takes the messages from other screens that run beside it.
 """
 
@@ -247,7 +247,7 @@ class Machine:
         self.wait_for(lambda status: status.echo_serial_number >= self.command.serial, "the receipt", _ANSWER)
 
     def _is_done(self):
-        # The status may yet be that of the command before.
+        # The status may still belong to the command before.
         return self.status.echo_serial_number >= self.command.serial and self.status.state != linuxcnc.RCS_EXEC
 
     def _is_idle(self):

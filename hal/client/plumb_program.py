@@ -9,7 +9,7 @@ import sys
 
 
 def run(name, main):
-    """Calls main() and ends the program with the status that it returns. `name` is that of its messages.
+    """Calls main() and ends the program with the status that it returns. Its messages begin with `name`.
 
     The status is 1 if the output cannot be written, as on a full disk, 130 after Ctrl-C, and 141 if a reader such as `head`
     has enough.

@@ -38,7 +38,7 @@ using Clock = std::chrono::steady_clock;
 struct BenchOptions {
     std::vector<std::string> files;
     std::string ini;
-    std::optional<Time> duration;  // of the run; without one, that of the replay
+    std::optional<Time> duration;  // of the run; without one, the replay's
     std::vector<std::pair<std::string, double>> settings;
     Replay replay;                    // of no file: none
     std::vector<std::string> expect;  // statements

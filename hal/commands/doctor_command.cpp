@@ -143,7 +143,7 @@ std::string failure_of(client::Client& host, const Texts& lines, const std::stri
     return difference.str();
 } catch (const std::runtime_error& error) {
     const std::string words = error.what();
-    return words.substr(0, words.find('\n'));  // further lines are those of programs that pass the failure on
+    return words.substr(0, words.find('\n'));  // further lines come from programs that pass the failure on
 }
 
 // Half of the way to 1024 is left after each period; the first one of LinuxCNC 2.10 is for functions of initf alone.

@@ -162,7 +162,7 @@ the run a display of its own (xvfb-run), or none.)"},
 clock. At up to 10 times the clock all of LinuxCNC keeps pace, even beside other work. At 20 times, HAL configurations with
 halsampler and similar programs do. Use --free only if no user-space program takes part.
 
-Speeds are those of the computer's own clock, also inside another run or under libfaketime. If the computer falls behind by
+Speeds count by the computer's own clock, also inside another run or under libfaketime. If the computer falls behind by
 more than 100 ms, time passes more slowly than requested. The run reports this at its end.)"},
          {"ENVIRONMENT",
           R"(RTAPI_FIFO_PATH is the socket of the host, in the environment of the program. A client attaches to it while time

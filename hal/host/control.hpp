@@ -32,7 +32,7 @@ public:
         bool namespaces;
         int process;  // number of this process as its client sees it
         int control_descriptor;
-        bool devices = false;  // leave those of the computer to the program
+        bool devices = false;  // leave the computer's devices to the program
         double speed = 0.0;    // of virtual time; 0: it moves when a client lets it run
     };
 

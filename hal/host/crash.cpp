@@ -55,7 +55,7 @@ void explain(int number, siginfo_t* information, void* context) {
 }  // namespace
 
 void explain_crashes() {
-    // A stack of its own: that of the thread may be used up.
+    // A stack of its own: the stack of the thread may be used up.
     stack_t stack{};
     stack.ss_sp = std::malloc(stack_size);
     stack.ss_size = stack_size;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Lets the clock of user-space programs go as fast as that of the host, by libfaketime.
+// Lets the clock of user-space programs go as fast as the host's clock, by libfaketime.
 #pragma once
 
 #include <map>

@@ -7,7 +7,7 @@
 
 namespace plumb::host {
 
-// Looks at HAL's lock and at that of its identities, which their owners hold for microseconds, and opens one
+// Looks at HAL's lock and at the lock of its identities, which their owners hold for microseconds, and opens one
 // that was never found open for `patience`, with a message. Call it every 0.1 s or so while somebody may wait
 // for a lock; code in this process that does wait for one looks by itself, for a second.
 void watch_hal_lock(std::chrono::seconds patience);

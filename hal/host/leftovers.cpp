@@ -118,7 +118,7 @@ void for_each_segment(const Visit& visit) {
     }
 }
 
-// Shared memory of this user's dead programs: those of a killed LinuxCNC leave it behind.
+// Shared memory of this user's dead programs: a killed LinuxCNC leaves it behind.
 std::vector<int> segments_of_dead_programs() {
     std::vector<int> found;
     for_each_segment([&found](unsigned long key, int segment) {

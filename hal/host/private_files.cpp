@@ -260,7 +260,7 @@ void PrivateFiles::hide_tool_table() {
         // Where there is no such folder LinuxCNC cannot make one either.
         std::error_code error;
         if (files::exists(files::symlink_status(tool_table_, error)))
-            std::fprintf(stderr, "plumb run: %s cannot be kept apart from that of another LinuxCNC\n",
+            std::fprintf(stderr, "plumb run: %s cannot be kept apart from the same file of another LinuxCNC\n",
                          tool_table_.c_str());
         placeholder_.reset();
         return;

@@ -2,7 +2,7 @@
 """Simulates hours of milling and compares the errors of the cuts without and with thermal_displacement.
 
 configs/mill/bench.hal runs in the virtual-time host, once with growth.enable false and once with it true. Each cut
-is judged by its error: the tip error at its bottom minus that of the reference cut, which the same operation made in
+is judged by its error: the tip error at its bottom minus the tip error of the reference cut, which the same operation made in
 the learning cycle. From the second warm contact on, thermal_displacement can know something; the cuts before it are
 counted in a line of their own.
 """
@@ -320,7 +320,7 @@ def main():
     parser.add_argument("--events", type=many, metavar="N", help="N drawn programs that something upsets, instead of the run of hours")
     parser.add_argument("--cycles", type=many, metavar="N", help="N drawn cycles with an event each, 100 a machine: whether all counts agree")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
-    parser.add_argument("--load-every", type=duration_of, metavar="TIME", help="time between two values of the load, such as 0.1 over Modbus (default: that of the drive)")
+    parser.add_argument("--load-every", type=duration_of, metavar="TIME", help="time between two values of the load, such as 0.1 over Modbus (default: as the drive)")
     add_place(parser)
     add_output(parser, "mill")
     options = parser.parse_args()

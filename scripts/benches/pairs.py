@@ -3,7 +3,7 @@
 
 In each pair the tool meets the same work twice at 100 mm/min, at moments that have nothing to do with the samples of
 the drive: in a learning cycle, and in a cycle in which the cut takes 20 % less. The growth is 0, so that the
-displacement between the two is the error. The load is that of sim_drive_load, the contacts those of the
+displacement between the two is the error. The load comes from sim_drive_load, the contacts from the
 thermal_displacement that is shipped, in the virtual-time host.
 """
 

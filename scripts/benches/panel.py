@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Measures how soon plumb panel is on the screen, and how much of a processor it takes.
 
-The panel shows the machine of configs/mill/bench.hal, whose clock keeps pace with that of the computer. It stands in a
+The panel shows the machine of configs/mill/bench.hal, whose clock keeps pace with the computer's. It stands in a
 window of another program, as in a tab of AXIS. Hidden means that this window is, as behind another tab. The start is the fastest of five.
 """
 

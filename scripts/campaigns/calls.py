@@ -122,7 +122,7 @@ class Program:
     kinds = ("open", "read", "write", "sync", "name", "state", "process", "allocation")
     program = "plumb"  # whose allocations fail
     ours = ()  # interpreters whose calls count
-    own_files = ()  # of the user, in the folder: their names, each of which stays as it was or becomes as in a good run
+    own_files = ()  # names of the user's files in the folder: each stays as it was or becomes as in a good run
 
     def __init__(self, name):
         self.name = name

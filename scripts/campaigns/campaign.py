@@ -103,7 +103,7 @@ def _campaign(name, attack, options):
 
 
 class Record:
-    """All tries so far, in a file that is replaced as a whole; without a path, those of this run."""
+    """All tries so far, in a file that is replaced as a whole; without a path, the tries of this run."""
 
     def __init__(self, path, fresh=False):
         self.path, self.next_seed, self.tries, self.seconds, self.findings = path, 1, 0, 0.0, []

@@ -39,14 +39,14 @@ HOME = "/var/tmp"
 LOCKS = ("/run/lock/plumb-host", "/tmp/plumb-host.lock")
 USER = 65534  # role user
 OWNER = 4321  # of plumb-retain's store
-LATEST = 4  # s after the death of task or io, for the end of a stroke; plumb run ends 5 s after that of task
+LATEST = 4  # s after the death of task or io, for the end of a stroke; plumb run ends 5 s after the death of task
 SPEED = 10  # of that LinuxCNC
 RESULT = 40000  # bytes that the program of plumb run writes to /tmp
 PATIENCE = 20  # s, for everything to end: a keeper on a terminal waits 15 s for its host
 
 HARMLESS = set("null zero full random urandom tty console pts ptmx mqueue dri fd stdin stdout stderr shm".split())
 
-# As the root of new namespaces. $1 is this file, $2 the folder of the build, $3 that of the configurations: they get a place
+# As the root of new namespaces. $1 is this file, $2 the folder of the build, $3 the folder of the configurations: they get a place
 # where every user finds them, however private the folders above them are.
 FURNISH = """
 set -e

@@ -122,7 +122,7 @@ class Refusals(unittest.TestCase):
         self.machine("XYZ")
         status, _, flat = plumb_wire("squareness", "--ini", self.ini, "--output", "/nowhere")
         self.assertEqual(status, 1)
-        self.assertIn("must be a folder below that of the INI file", flat)
+        self.assertIn("must be a folder below the folder of the INI file", flat)
 
     def test_system_without_namespaces(self):
         self.machine("XYZ")

@@ -126,7 +126,7 @@ def unknown(wrong, known):
 
 
 class Wire:
-    """One INI file, and the functions that are to be in it: those of before, and the new ones."""
+    """One INI file, and the functions that are to be in it: the present ones and the new ones."""
 
     def __init__(self, functions, arguments, known):
         self.ini_path = os.path.abspath(arguments.ini)
@@ -134,7 +134,7 @@ class Wire:
         folder = os.path.abspath(arguments.output or os.path.join(self.home, "plumb"))
         self.folder = os.path.relpath(folder, self.home)
         if self.folder.startswith("..") or self.folder == ".":
-            raise Impossible("--output %s must be a folder below that of the INI file, %s" % (folder, self.home))
+            raise Impossible("--output %s must be a folder below the folder of the INI file, %s" % (folder, self.home))
         odd = re.search(r"[^\w./+-]", self.folder)
         if odd:
             sentence = "--output %r has %s in its name. LinuxCNC reads this name in HAL lines: use letters, digits, - and _."

@@ -164,7 +164,7 @@ private:
         return true;
     }
 
-    // growth_log has ended while the test went on: the last log is continued if its records are those of the
+    // growth_log has ended while the test went on: the last log is continued if it has the records of the
     // component. False while the component does not answer.
     bool go_on() {
         const auto size = static_cast<std::int64_t>(last_->records.size());

@@ -293,7 +293,7 @@ class Message:
             component.newpin(name, kind, hal.HAL_IN)
 
     def new_text(self, component, panel_is_seen=False, micrometres=1000.0):
-        """The text to show now, if any; `micrometres` are those of a machine unit. What the panel shows waits until it is not seen any more."""
+        """The text to show now, if any; `micrometres` is the number in a machine unit. A text that the panel shows waits until the panel is hidden."""
         if self.on_panel and panel_is_seen and component[self.pin]:
             return None
         code = component[self.pin + "-code"] if self.codes is not None else 0

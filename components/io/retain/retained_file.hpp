@@ -58,7 +58,7 @@ inline std::string fields_text(const Retained::Record& record) {
     return fields;
 }
 
-// The first words are those of all stores that there are.
+// Every store begins with these words.
 inline std::string first_line(const std::string& rest) {
     return "# retain " + std::to_string(version) + ", CRC-32 of the rest: " + hexadecimal(crc_32(rest)) +
            '\n';

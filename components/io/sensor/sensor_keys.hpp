@@ -16,7 +16,7 @@ constexpr std::size_t longest_name = 20;    // so that every pin fits into HAL's
 constexpr std::size_t most_channels = 256;  // more pins do not fit into HAL's memory
 constexpr double unbounded = 1e308;
 
-// The name of a link or channel; all names of a file differ, as those of pins do.
+// The name of a link or channel; all names of a file differ, as names of pins do.
 inline std::string name(TomlReader& table, std::set<std::string>& names) {
     const std::string result = table.pin_name("name", longest_name);
     if (!names.insert(result).second) table.refuse("name", "'" + result + "' is there twice");
@@ -75,7 +75,7 @@ template <class Link>
 void demand_long_retry(TomlReader& table, const Link& link) {
     if (link.retry < link.timeout)
         table.refuse("retry",
-                     "is shorter than timeout: a late reply would pass for that of the next request");
+                     "is shorter than timeout: a late reply would pass for the reply to the next request");
 }
 
 // A file of links. Throws std::runtime_error with file, line, key and the text or number that is right.

@@ -61,7 +61,7 @@ private:
     std::optional<hal::Out<bool>> bit_;
 };
 
-// The pins of a link, NAME.connected and so on, and those of its channels.
+// The pins of a link, NAME.connected and so on, and the pins of its channels.
 template <class Fault>
 struct LinkPins : hal::Group {
     template <class Settings>

@@ -10,7 +10,7 @@
 namespace plumb {
 
 // Two tools that cut one bar at once: each bends the work of the other, and the deeper one makes the
-// diameter. X and Y of a force are those of the machine, as the tools may stand on opposite sides.
+// diameter. X and Y of a force are machine axes, since the tools may stand on opposite sides.
 struct OtherTool final : hal::Group {
     using Group::Group;
 

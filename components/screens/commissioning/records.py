@@ -16,7 +16,7 @@ MOST_SHOWN = 6
 
 
 class Records:
-    """The file of one machine; `folder` is that of its sheets, too."""
+    """The file of one machine; `folder` also holds its sheets."""
 
     def __init__(self, folder, machine):
         self.folder, self.machine = folder, machine

@@ -38,7 +38,7 @@ class Place:
 
 
 class Rig:
-    """`hal` has values(), pins(), get(name), set(name, text); `mdi` runs one line of G-code; `clock` and `sleep` are those of the computer."""
+    """`hal` has values(), pins(), get(name), set(name, text); `mdi` runs one line of G-code; `clock` and `sleep` are the computer's."""
 
     def __init__(self, hal, declared, ini, functions_folder, mdi, sleep=time.sleep, clock=time.monotonic):
         self.hal, self.declared, self.ini, self.mdi = hal, declared, ini, mdi
@@ -74,7 +74,7 @@ class Rig:
         return [pin.name for pin in self.machine.pins.values() if signal and pin.signal == signal]
 
     def function(self, name):
-        """A function by its own name or by that of its module; None without one."""
+        """A function by its own name or by its module's; None without one."""
         return next((place for place in self.functions if name in (place.name, place.module)), None)
 
     def stages_of(self, function):
@@ -289,7 +289,7 @@ class Rig:
         self._try("trial-stage", stage)
 
     def begin_trial(self, function):
-        """Permits a function, likewise."""
+        """Permits a function, as permit_stages() permits stages."""
         self._begin()
         self._try("trial-function", function)
 
@@ -324,7 +324,7 @@ class Rig:
         return float(self.get(stage.instance, "applied-offset"))
 
     def back_at_0(self, function, within):
-        """Whether the stages at the joints have no offset; that of an axis returns with the next cycle."""
+        """Whether the stages at the joints have no offset; the offset of an axis returns with the next cycle."""
         return all(abs(self.applied(stage)) < within for stage in self.stages_of(function) if stage.module == "joint_offset")
 
     def has_switch(self, function):

@@ -13,7 +13,7 @@ TOLERANCE = 0.003  # mm, of a reading
 
 
 class Session:
-    """`records` is Records; `who` signs; `tolerance` is that of a reading, in machine units."""
+    """`records` is Records; `who` signs; `tolerance` is the tolerance of a reading, in machine units."""
 
     def __init__(self, rig, function, records, who, tolerance=None):
         if rig.identity(function) == 0 and rig.is_required():

@@ -25,7 +25,7 @@ class Access:
 
 
 def unsafe(values):
-    """Why the machine may not be moved now; '' if it may. `values` are those of all pins, and of LinuxCNC's task."""
+    """Why the machine may not be moved now; '' if it may. `values` holds all pins, and LinuxCNC's task."""
     if "motion.motion-enabled" not in values:
         return _("LinuxCNC's motion is not loaded.")
     if not values["motion.motion-enabled"]:

@@ -29,7 +29,7 @@ from panel.window import Window  # noqa: E402
 
 ORPHANED = 5000  # ms until a panel within another screen ends after LinuxCNC
 ENDING = 10  # s that LinuxCNC has to end in after it has ended its HAL programs
-HIDDEN_PERIOD = 4  # looks of which one is done while the panel is hidden
+HIDDEN_PERIOD = 4  # a hidden panel skips all looks but one in so many
 
 
 class Panel:

@@ -311,7 +311,7 @@ class DiameterPage(EntryPage):
         return plausible(self._keypad.text, self.page.expected(self._cut), self.page.by_radius, other, value, self.page.scatter())
 
     def _judge(self):
-        """At each key: whether the diameter can be that of this cut."""
+        """At each key: whether this cut can have that diameter."""
         kind, text = self._plausible()
         for each in ("good", "warn", "off", "doubt"):
             self._judged.get_style_context().remove_class(each)

@@ -7,7 +7,7 @@ import os
 
 
 class Declared:
-    """One module: pins by their names without that of the instance, sentences of codes by pin and number."""
+    """One module: pins by their names without the instance, sentences of codes by pin and number."""
 
     def __init__(self, content):
         self.name, self.summary, self.role = content["name"], content.get("summary", ""), content.get("role", "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The pages of the functions: a FunctionPage in a file *_page.py has those of its module, and PlainPage has all others."""
+"""The pages of the functions: a FunctionPage in a file *_page.py serves its module, and PlainPage all others."""
 
 import importlib
 import pkgutil

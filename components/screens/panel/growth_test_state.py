@@ -27,7 +27,7 @@ class LiveDrift:
         self._first, self._visits, self._probed = {}, 0, None
 
     def observe(self, visits, at_bore, counts, key, position):
-        """A look at the pins. visits is the number of the present visit, and key that of its bore, while at_bore; when that ends, position
+        """A look at the pins. visits is the number of the present visit, and key the number of its bore, while at_bore; when that ends, position
         is the centre of the bore, and counts is whether it counts."""
         if visits < self._visits:  # another test
             self.now, self._first = {}, {}

@@ -59,7 +59,7 @@ class Guard:
     def change(self, writes, action, done="", why="", needed="integrator", question="", asks="", chain=None, then=None, must_be_on=False):
         """Settings that are written together.
 
-        done      the sentence after it; {pin} and {value} are those of the first one
+        done      the sentence after it; {pin} and {value} come from the first one
         question  is asked in any case
         asks      is asked if an axis moves
         chain     (file, former, new) of squareness
@@ -225,7 +225,7 @@ def _switches_off(machine, writes):
 
 
 def _session():
-    """What distinguishes this start of HAL from all others, whatever the clock shows; '' if the system does not tell."""
+    """What distinguishes this start of HAL from all others without the clock; '' if the system does not tell."""
     from panel.hal_access import MEMORY_KEY
 
     try:

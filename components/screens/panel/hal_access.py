@@ -11,7 +11,7 @@ import hal
 
 from panel.pin_lines import parse_parameters, parse_pins
 
-OWN_REFERENCES = 2  # to an element of a list: that of the list, and that of the call which counts them
+OWN_REFERENCES = 2  # to an element of a list: from the list, and from the call which counts them
 _release = ctypes.pythonapi.Py_DecRef
 _release.argtypes, _release.restype = [ctypes.py_object], None
 

@@ -38,7 +38,7 @@ class LiveInputs(Gtk.Box):
 
 
 def state_of_input(machine, instance, short, values):
-    """Validity and age in words: those of its sensor, or of the pins beside it."""
+    """Validity and age in words: from its sensor, or from the pins beside it."""
     number_ = short[len(short.rstrip("0123456789")):]
     stem = short[: len(short) - len(number_)]
     valid = instance.value(values, "%svalid-%s" % (stem, number_) if number_ else short + "-valid")

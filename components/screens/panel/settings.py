@@ -19,7 +19,7 @@ from panel.texts import _, with_unit
 S32 = (-(1 << 31), (1 << 31) - 1)
 U32 = (0, (1 << 32) - 1)
 CHAIN, MDI = "[SQUARENESS]CHAIN", "MDI"  # what a change has in the place of a pin
-REFERENCE = " reference"  # likewise, behind the name of the component
+REFERENCE = " reference"  # also behind the name of the component
 SETTLING = 0.15  # s in which a component judges a new setting
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's task does, as values beside those of the pins: task.alive, task.program and task.on."""
+"""What LinuxCNC's task does, as values beside the pins: task.alive, task.program and task.on."""
 
 import json
 import os

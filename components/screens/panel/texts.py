@@ -10,7 +10,7 @@ _translation = gettext.NullTranslations()
 
 
 def choose(folder, language=""):
-    """The language by its name, such as de; else that of the environment. `folder` holds LANGUAGE/LC_MESSAGES."""
+    """The language by its name, such as de; else from the environment. `folder` holds LANGUAGE/LC_MESSAGES."""
     global _translation
     languages = [language] if language else None
     _translation = gettext.translation(DOMAIN, folder, languages=languages, fallback=True)

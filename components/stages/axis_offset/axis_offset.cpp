@@ -227,7 +227,7 @@ private:
     }
 
     Settings settings_{};             // the last good ones
-    double request_ = 0, force_ = 0;  // likewise
+    double request_ = 0, force_ = 0;  // the last good ones
     SourceSum<4> sources_;
     OffsetLedger ledger_;
     OffsetCounter counter_;

@@ -22,7 +22,7 @@
 
 namespace plumb {
 
-// Functions and stages that did not pass plumb commission, or were wired anew since, are held. A trial
+// Functions and stages that did not pass plumb commission, or were wired again since, are held. A trial
 // permits one of them while somebody presses.
 struct Commissioning : hal::Group {
     explicit Commissioning(hal::Component* owner)

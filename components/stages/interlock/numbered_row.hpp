@@ -9,7 +9,7 @@
 
 namespace plumb {
 
-// As hal::Row, but numbered without a leading 0: names of the first ten are those of when there were no more.
+// As hal::Row, but numbered without a leading 0: so the first ten keep their names when there are more.
 template <class P, std::size_t N>
 class NumberedRow {
 public:

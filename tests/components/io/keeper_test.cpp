@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The keeper of the values of pins, used by several threads as in `plumb-retain`;
-// tests/components/io/retain_test.py runs the program.
+// tests/components/io/plumb_retain_test.py runs the program.
 #include "components/io/retain/keeper.hpp"
 
 #include "tests/support/folder.hpp"

@@ -345,7 +345,7 @@ class Refusals(unittest.TestCase):
                 ({**self.square(), "leans": [{"lean": "Y+X", "angle": "0.0001rad"}]}, "EC0Y was entered, and follows from a measurement, too."),
                 (self.square(at="5:5mm"), "The positions are all the same: move the axis between two readings."),
                 (self.square(reads="0:4e9um"), "4e9um is longer than 1 km."),
-                (self.square(u="0um"), "The uncertainty is smaller than anybody can measure. Enter that of your indicator."),
+                (self.square(u="0um"), "The uncertainty is smaller than anybody can measure. Enter the uncertainty of your indicator."),
                 (self.square(reads="0:48000um"), "The readings rise too steeply. Check their units."),
                 (self.square({**self.SQUARE, "reads": "0:480um"}), "Two measurements of Y and X contradict each other by 216 times"),
                 (self.diagonals("0", "100"), "A diagonal must be longer than 0."),

@@ -62,7 +62,7 @@ class Function:
             if not (
                 command.name == "net"
                 and command.words[0].startswith(absent)
-                and not command.words[0].endswith("-tool-offset")  # LinuxCNC has those of all axes
+                and not command.words[0].endswith("-tool-offset")  # LinuxCNC has this pin for all axes
             )
         ]
 

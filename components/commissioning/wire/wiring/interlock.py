@@ -75,7 +75,7 @@ def interlock(functions, stages, has_operation):
 
 
 def _services(number, function):
-    """The services of a function: those of its wire.toml; an offset with records needs plumb-retain, a stroke needs linuxcnc_link,
+    """The services of a function, from its wire.toml; an offset with records needs plumb-retain, a stroke needs linuxcnc_link,
     task and io, too."""
     needs = function.interlock.get("services", 0) + (RETAIN if function.records else 0)
     if not function.stroke:

@@ -51,7 +51,7 @@ class Machine:
         return module in self.halfiles.components and not self.twopass
 
     def _travel(self, letter, joints):
-        """The limits of an axis: its own, or those of its joint."""
+        """The limits of an axis: its own, or the limits of its joint."""
         given = [
             self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name)
             for name in ("MIN_LIMIT", "MAX_LIMIT")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The modules and programs that parts and functions load, beside those of the machine."""
+"""The modules and programs that parts and functions load, beside the machine's own."""
 
 ONCE = ("interlock", "linuxcnc-alive", "linuxcnc-link", "plumb-retain")  # a machine has one of each
 
@@ -23,7 +23,7 @@ class Modules:
         return any(pin.startswith(name + ".") for name in names)
 
     def shared(self):
-        """Module and instances for each loadrt line of stages.hal: without those of functions and of the user."""
+        """Module and instances for each loadrt line of stages.hal, without modules of functions and of the user."""
         own = {module for function in self.functions for module in function.modules}
         return [
             (module, instances)
@@ -40,7 +40,7 @@ class Modules:
                 yield instance, module, owner
 
     def presence_problems(self):
-        """A sentence for each component that the user has wired by hand, and of which a machine has one."""
+        """A sentence for each component that the user has wired by hand, if a machine may have only one."""
         own = {module for function in self.functions for module in function.modules}
         names = " and ".join(function.name for function in self.functions)
         sentence = "Your configuration loads %s%s, and plumb wire loads it for %s. A machine has one: leave yours out."
@@ -70,5 +70,5 @@ class Modules:
 
 
 def is_once(pin):
-    """Whether the pin belongs to a component of which a machine has one."""
+    """Whether the pin belongs to a component that a machine has only once."""
     return pin.split(".")[0] in ONCE

@@ -17,7 +17,7 @@ MOST_PROGRAMS, LONGEST = 500, 1 << 20  # files of the user, and bytes of one
 class Numbers:
     """The numbers that functions use on a machine.
 
-    moved       pins that functions take in the place of those of their files
+    moved       pins that functions take in place of the pins of their files
     names       the name of the number of each pin of their files
     notes       a sentence for each pin that is another
     problems    a sentence for each pin for which none is free

@@ -173,7 +173,7 @@ class Output:
         writing.write(self.folder, MANIFEST, text)
 
     def differences(self, files):
-        """A sentence for each file that is not as `files`, which are those of this Plumb for the machine as it is now."""
+        """A sentence for each file that differs from `files`, which this Plumb writes for the machine as it is now."""
         found = []
         version = self.manifest.get("version")
         if version != self.version:

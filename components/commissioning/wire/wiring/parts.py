@@ -75,7 +75,7 @@ class Parts:
         return found
 
     def _free(self, prefix, joint):
-        """Takes the two pins of a joint from their signals, which become those of the drive."""
+        """Takes the two pins of a joint from their signals, which become signals of the drive."""
         for pin, name in (("motor-pos-cmd", "-motor-cmd"), ("motor-pos-fb", "-motor-fb")):
             whole = "joint.%d.%s" % (joint, pin)
             signal, later = self.machine.halfiles.signal_of(whole), self.machine.complete.signal_of(whole)

@@ -4,7 +4,7 @@
 A program of its own, sandbox.py PLAN COMMAND..., started as the root of a new mount namespace. PLAN is a file of JSON:
 
     home    the folder of the user
-    copy    files that are seen over those of this folder, and that take what is written there
+    copy    files that cover the files of this folder and take all that is written there
     own     the files of the trial, which are seen as /run/plumb-wire
     covers  (file, path): the file is seen in the place of the path
     keep    paths that stay in sight in folders that are otherwise empty
@@ -64,7 +64,7 @@ def furnish(plan):
     covers = [(tree(file), path) for file, path in plan["covers"]]
     copy, own, devices, processes = tree(whole(plan)), tree(plan["own"]), tree("/dev"), tree("/proc")
     set_attributes("/", READ_ONLY | NO_DEVICES)
-    attach(devices, "/dev")  # of which plumb run shows the harmless ones
+    attach(devices, "/dev")  # plumb run shows the harmless ones
     attach(processes, "/proc")  # which has the rights of processes, and plumb run needs it as it is
     keep = [way(path) for path in (plan["home"], HOME, *plan["keep"]) for way in (os.path.abspath, os.path.realpath)]
     for folder in IN_MEMORY:
@@ -79,7 +79,7 @@ def furnish(plan):
 
 
 def whole(plan):
-    """A folder that shows the files of the copy over those of `home`. What the trial writes into it goes into the copy."""
+    """A folder that shows `home`, covered by the files of the copy. The trial writes into the copy."""
     shown, work = (os.path.join(os.path.dirname(plan["copy"]), name) for name in ("shown", "work"))
     for folder in (shown, work):
         os.makedirs(folder, exist_ok=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Joins the signals of parts and functions to those of the machine."""
+"""Joins the signals of parts and functions to the machine's signals."""
 
 import fnmatch
 

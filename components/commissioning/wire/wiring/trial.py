@@ -39,7 +39,7 @@ class NotStarted(RuntimeError):
 class Trial:
     """A copy of the folder of an INI file. `ini` is an IniFile, whose changes are written into the copy.
 
-    copy    files that stand over those of the folder, and that the trial writes
+    copy    files that cover the files of the folder, and that the trial writes
     own     files of the trial, which its programs see in sandbox.OWN
     """
 

@@ -16,7 +16,7 @@ NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 class PartlyWritten(RuntimeError):
-    """Some files are new, and some are those of before. `cause` is the error."""
+    """Some files are new, and some are old. `cause` is the error."""
 
     def __init__(self, cause):
         super().__init__(str(cause))

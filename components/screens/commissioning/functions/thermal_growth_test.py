@@ -14,7 +14,7 @@ def steps(session):
 
 
 def _places(step):
-    """The measured positions without compensation, and those of LinuxCNC's joints, of X, Y and Z."""
+    """The measured positions without compensation, and the positions of LinuxCNC's joints: X, Y and Z."""
     rig, instance = step.rig, step.function.instance
     coordinates = rig.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "")
     measured = [float(rig.get(instance, letter + "-position")) - float(rig.get(instance, letter + "-offset")) for letter in "xyz"]

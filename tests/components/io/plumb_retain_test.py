@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """plumb-retain, the real program, beside components in the virtual-time host; retain_stock_test.py has it on LinuxCNC.
 
-    python3 tests/support/run.py tests/components/io/retain_test.py --kills 5000
+    python3 tests/support/run.py tests/components/io/plumb_retain_test.py --kills 5000
 
 kills it as often. PLUMB_BUILD names the build folder.
 """
