@@ -89,7 +89,10 @@ class Panel:
 
     def close(self):
         os.kill(int(self.pid), 15)
+        latest = time.monotonic() + PATIENCE
         while words_of(self.pid):
+            if time.monotonic() > latest:
+                raise RuntimeError("the panel does not end")
             self.pace(TICK)
 
 
