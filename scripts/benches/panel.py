@@ -5,6 +5,7 @@ The panel shows the machine of configs/mill/bench.hal, whose clock keeps pace wi
 window of another program, as in a tab of AXIS. Hidden means that this window is, as behind another tab. The start is the fastest of five.
 """
 
+import ctypes
 import os
 import sys
 import tempfile
@@ -105,9 +106,12 @@ def words_of(pid):
 
 
 def processor_time(pid):
-    with open(f"/proc/{pid}/stat") as file:
-        user, system = file.read().rpartition(")")[2].split()[11:13]
-    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    """Seconds, by a clock that is finer than /proc: a panel at rest takes less than 10 ms in 2 s."""
+    clock = ctypes.c_int()
+    error = ctypes.CDLL(None).clock_getcpuclockid(int(pid), ctypes.byref(clock))
+    if error:
+        raise OSError(error, os.strerror(error))
+    return time.clock_gettime(clock.value)
 
 
 def memory(pid):
