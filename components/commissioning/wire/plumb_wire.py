@@ -407,6 +407,12 @@ class Wire:
                 "# Written by plumb wire: the records that plumb-retain keeps over a restart, in retain.retained beside this file.\n"
                 'machine = "%s"\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
             )
+        if any(function.log for function in self.functions):
+            files["growth.toml"] = (
+                "# SPDX-License-Identifier: GPL-2.0-or-later\n"
+                "# growth_log: the machine, and the logs of its growth tests. Name your sensors and bores here, as `man growth_log` shows.\n"
+                'machine = "%s"\nfolder  = "logs"\nunit    = %g\n' % (machine.replace(",", " "), 1 / wiring.machine.unit)
+            )
         for function in self.functions:
             files.update({name: function.text(name) for name in function.subroutines})
         aborts = [function.abort for function in self.functions if function.abort]

@@ -22,6 +22,7 @@ class Function:
         self.without = given.get("without", {})
         self.interlock = given["interlock"]
         self.records = given.get("records", [])
+        self.log = given.get("log", False)
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.outputs = given.get("outputs", {})

@@ -102,7 +102,7 @@ class HalFiles:
     def retain(self):
         """The programs that come after the functions; None if there are none."""
         late = [part for part in self.all_parts if part.is_late]
-        lines = [LICENSE, "# Written by plumb wire: plumb-retain, loaded after the components whose records and settings it keeps.", ""]
+        lines = [LICENSE, "# Written by plumb wire: the programs that are loaded after the components whose records they keep.", ""]
         return "\n".join(lines + self._programs(late) + self._bodies(late)) + "\n" if late else None
 
     def _programs(self, parts):

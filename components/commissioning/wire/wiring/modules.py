@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The modules and programs that parts and functions load, beside the machine's own."""
 
-ONCE = ("interlock", "linuxcnc-alive", "linuxcnc-link", "plumb-retain")  # a machine has one of each
+ONCE = ("growth-log", "interlock", "linuxcnc-alive", "linuxcnc-link", "plumb-retain")  # a machine has one of each
 
 
 class Modules:

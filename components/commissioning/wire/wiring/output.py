@@ -15,7 +15,7 @@ from texts import Impossible, wrapped
 
 MANIFEST = ".written.json"  # the digest of each file that was written
 SETTINGS = "_settings.hal"
-KEPT = (SETTINGS, "panel.toml")  # the ends of names of files that the user changes
+KEPT = (SETTINGS, "panel.toml", "growth.toml")  # the ends of names of files that the user changes
 NUMBERS = re.compile(r"\n*^\[%s\][^\[]*" % SECTION, re.M)
 MOST_SHOWN = 20  # lines of a file that has changed
 

@@ -33,6 +33,8 @@ class Parts:
         keepers = [function for function in functions if function.records]
         if keepers:
             self.all += [stages.retain(self._path(os.path.join(folder, "retain.toml")), keepers), stages.identity()]
+        if any(function.log for function in functions):
+            self.all.append(stages.growth_log(self._path(os.path.join(folder, "growth.toml"))))
         into_axes = self._stages()
         self.all.append(interlock(functions, into_axes, "operation" in used))
         self.all += into_axes

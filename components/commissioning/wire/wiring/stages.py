@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The parts that all functions of a machine share: stages, plumb-retain, linuxcnc_link, linuxcnc_alive, a gate."""
+"""The parts that functions of a machine share: stages, plumb-retain, growth_log, linuxcnc_link, linuxcnc_alive, a gate."""
 
 import dataclasses
 
@@ -138,6 +138,21 @@ def retain(path, functions):
     german = "plumb-retain ist beendet: %s %s mit dem Ende der Arbeit aus. LinuxCNC neu starten."
     german %= (" und ".join(names), "geht" if len(names) == 1 else "gehen")
     part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), german, kind="error")
+    return part
+
+
+def growth_log(path):
+    """growth_log, which writes the records of thermal_growth_test. It is service 6 of interlock. No function needs it; its loss is a message."""
+    part = Part("growth_log, service 6 of interlock", is_late=True)
+    part.programs = {"growth-log": "-W growth_log --file %s" % path}
+    part.setp = [("interlock.service-timeout-6", "10")]
+    part.nets = [
+        ["log-heartbeat", "growth-log.heartbeat", "=>", "interlock.service-heartbeat-6"],
+        ["log-fault", "growth-log.fault", "=>", "interlock.service-fault-6", "linuxcnc-link.log-fault"],
+        ["log-fault-code", "growth-log.fault-code", "=>", "linuxcnc-link.log-fault-code"],
+        ["log-lost", "interlock.service-lost-6", "=>", "linuxcnc-link.log-lost"],
+        ["test-resumable", "growth-log.resumable"],
+    ]
     return part
 
 
