@@ -494,10 +494,10 @@ class Window(unittest.TestCase):
         finger.await_text("\u00b1 unknown: EB0X has no uncertainty.")
         finger.await_text("No uncertainty either: EA0Z.")
         finger.await_text("PPP, 1118 mm: ")
-        self.assertTrue(finger.find("Table of EXX"))
+        finger.until(lambda: finger.find("Table of EXX"), "the plot")
         finger.await_text("EXX   \u00b11 \u00b5m (k=2)")
         finger.await_text("EYX   no uncertainty given")
-        self.assertTrue(finger.find("Circle XY: before") and finger.find("Circle XY: after"))
+        finger.until(lambda: finger.find("Circle XY: before") and finger.find("Circle XY: after"), "the circles")
         finger.await_text("before: largest 5 \u00b5m; corner 100 \u00b1")
         finger.await_text("after: largest 0.5 \u00b5m")
         finger.press("Back")
@@ -652,7 +652,8 @@ class Window(unittest.TestCase):
             finger.await_text(pin)
 
     def test_the_inputs_and_the_load_are_live(self):
-        for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3"):
+        for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3",
+                     "loadrt axis_growth names=axes", "net spindle-load axes.temperature-0"):  # axis_growth has no page of its own
             self.host.command(line)
         self.host.set("growth.enable", True)
         finger = self.panel()
@@ -664,8 +665,6 @@ class Window(unittest.TestCase):
         finger.until(lambda: finger.find("The load is not valid"), "the lost load")
         finger.await_text("\u2716 not valid")
         finger.await_text("The load is lost")
-        for line in ("loadrt axis_growth names=axes", "net spindle-load axes.temperature-0"):  # a function without a page of its own
-            self.host.command(line)
         finger.press("axis_growth")
         finger.await_text("temperature-0")
         finger.await_text("20 \u00b0C")
