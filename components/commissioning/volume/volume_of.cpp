@@ -89,7 +89,7 @@ std::optional<double> age_of(const VolumeOptions& options, const std::string& da
     return *now - *then;
 }
 
-// What was measured once drifts, and was measured at another temperature. `add` adds a common cause by its
+// A measurement ages: the machine drifts, and its temperature changes. `add` adds a common cause by its
 // standard uncertainty: a constant, and one per mm of the position.
 void add_age(const VolumeOptions& options, const UncertainTable& table, VolumeQuestion& q,
              const std::function<void(const std::string& name, const std::string& error, double, double)>& add) {

@@ -36,7 +36,7 @@ struct VolumeQuestion {
     std::vector<UncertainTable> tables;
 };
 
-// A length along a body diagonal less its nominal one, in mm: predicted from what was measured.
+// A length along a body diagonal minus its nominal length, in mm, predicted from the measured errors.
 struct DiagonalPoint {
     double without = 0, rest = 0;  // before and after correction
     double U = 0;                  // of both

@@ -15,8 +15,8 @@
 namespace plumb {
 
 // The joints that an INI file of LinuxCNC compensates by BACKLASH or COMP_FILE, with the files that it includes.
-// The joints are those of [KINS]KINEMATICS coordinates=, or of trivkins: in the order of the letters in
-// [TRAJ]COORDINATES. Throws std::runtime_error with file, line and reason.
+// [KINS]KINEMATICS coordinates= gives the order of the joints; without it, [TRAJ]COORDINATES does.
+// Throws std::runtime_error with file, line and reason.
 class IniCompensation {
 public:
     explicit IniCompensation(const std::string& file) { read(file, 0); }

@@ -28,7 +28,7 @@ struct ContactPriors {
     double shortest = 60;         // s, in which a growth shows
     double lasting = 300;         // s, for which it keeps its direction
     double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one
-    double memory = 0.05;         // part of a contact in what is learned: twenty contacts
+    double memory = 0.05;         // weight of a new contact in the mean: of twenty contacts
     double first = 2;             // contacts that the consistency of 1 counts for at the start
     double widest = 16;           // ratio of variances found and expected
     double rough = 1.5;           // of contact-repeatability: seats and blanks, until contacts show them

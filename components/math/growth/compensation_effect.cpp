@@ -139,7 +139,7 @@ private:
     double least_drift() const { return std::max(6 * record_.uncertainty, 0.003 / record_.millimetres); }
 
     // Of 1 / gain, if the machine were probed so many times more as warm as in the last pass. The compensation is known;
-    // the drift of each pass has its own error, and all passes of an axis share that of the reference.
+    // the drift of each pass has its own error, and all passes of an axis share the error of the reference.
     double inverse_sigma(int more) const {
         double squares = 0, shared = 0;
         for (int axis = 0; axis < 3; ++axis) {
@@ -239,7 +239,7 @@ private:
         return frozen_ >= 0 && finding_.gain < weak && found(CompensationFault::frozen_sensor, frozen_);
     }
 
-    // Of a compensation that has one wrong factor, or none. Its limits are those of 1 / gain, whose error is normal.
+    // The fault of a compensation by its gain. 1 / gain has a normal error, so the limits are computed for it.
     CompensationFault by_factor() {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
         const double inverse = common_ / wanted_, room = 2 * inverse_sigma(0);

@@ -349,7 +349,21 @@ TEST_P(InterlockLoss, HasTheEffectOfItsRow) {
 }
 INSTANTIATE_TEST_SUITE_P(Table, InterlockLoss, testing::ValuesIn(rows_of(loss_table)), row_name);
 
-// Task was stopped and goes on: the contour must not, because the wheel has gone to R.
+// Task, which function 0 needs, is stopped in a cycle and goes on.
+void stop_task_for_a_while(Machine& machine) {
+    machine.beat(4, true);
+    machine.start_cycle();
+    machine.beat(4, false);
+    machine.step(60);
+    EXPECT_FALSE(machine.get("function-enable-0"));
+    machine.beat(4, true);
+    machine.step(1000);
+    EXPECT_TRUE(machine.get("service-ok-4"));
+    EXPECT_TRUE(machine.get("feed-inhibit"));
+    EXPECT_FALSE(machine.get("function-enable-0"));
+}
+
+// The contour must not go on, because the wheel has gone to R.
 TEST(Interlock, FeedWaitsAfterAWithdrawalUntilTheProgramEndsOrTheFunctionIsRenewed) {
     for (const bool renewed : {false, true}) {
         Machine machine;
@@ -360,16 +374,7 @@ TEST(Interlock, FeedWaitsAfterAWithdrawalUntilTheProgramEndsOrTheFunctionIsRenew
                       {"function-busy-0", 1},
                       {"program-running", 1},
                       {"function-switch-0", 1}});
-        machine.beat(4, true);
-        machine.start_cycle();
-        machine.beat(4, false);
-        machine.step(60);
-        EXPECT_FALSE(machine.get("function-enable-0"));
-        machine.beat(4, true);
-        machine.step(1000);
-        EXPECT_TRUE(machine.get("service-ok-4"));
-        EXPECT_TRUE(machine.get("feed-inhibit"));
-        EXPECT_FALSE(machine.get("function-enable-0"));
+        stop_task_for_a_while(machine);
         if (renewed)
             machine.start_cycle();
         else
@@ -388,15 +393,7 @@ TEST(Interlock, AMoveWaitsAfterAWithdrawalAlsoWhereTaskKnowsOfNone) {
                   {"function-urgent-0", 16},
                   {"motion-type", 2},
                   {"function-switch-0", 1}});
-    machine.beat(4, true);
-    machine.start_cycle();
-    machine.beat(4, false);
-    machine.step(60);
-    machine.beat(4, true);
-    machine.step(1000);
-    EXPECT_TRUE(machine.get("service-ok-4"));
-    EXPECT_FALSE(machine.get("function-enable-0"));
-    EXPECT_TRUE(machine.get("feed-inhibit"));
+    stop_task_for_a_while(machine);
     machine.set("motion-type", 0);
     machine.step();
     EXPECT_FALSE(machine.get("feed-inhibit")) << "after an abort";
