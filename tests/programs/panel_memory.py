@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads all pins as the panel does, as often as it does in some minutes. Its exit status is 1 if its memory grows."""
+"""Reads all pins and signals as the panel does, as often as it does in some minutes. Its exit status is 1 if its memory grows."""
 
 import sys
 
@@ -21,6 +21,7 @@ first = its.values()
 before = memory()
 for _ in range(LOOKS):
     last = its.values()
+    its.signals()
 grown = memory() - before
 print("%d pins, %d looks: %d kB" % (len(last), LOOKS, grown), file=sys.stderr)
 good = last.keys() == first.keys() and grown < MOST

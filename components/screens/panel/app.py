@@ -30,6 +30,7 @@ from panel.window import Window  # noqa: E402
 ORPHANED = 5000  # ms until a panel within another screen ends after LinuxCNC
 ENDING = 10  # s that LinuxCNC has to end in after it has ended its HAL programs
 HIDDEN_PERIOD = 4  # a hidden panel skips all looks but one in so many
+NETS_PERIOD = 8  # looks between two looks at the nets
 
 
 class Panel:
@@ -38,7 +39,7 @@ class Panel:
         self.access = access.Access(options.access or ini.get("PLUMB", "ACCESS", "operator"))
         texts.MACHINE_UNIT[0] = "in" if ini.get("TRAJ", "LINEAR_UNITS").lower() in ("in", "inch", "imperial") else "mm"
         folder = ini.folder or os.environ.get("XDG_RUNTIME_DIR") or os.path.expanduser("~")
-        self.hal, self.task, self.values, self.machine, self._names, self._looks = None, None, {}, None, None, 0
+        self.hal, self.task, self.values, self.machine, self._names, self._nets, self._looks = None, None, {}, None, None, {}, 0
         self.settings = Settings(None, folder, options.user or texts.system_user(), ini.get("EMC", "MACHINE"))
         self.settings.kept_file = os.path.join(folder, ini.get("PLUMB", "SETTINGS", "panel.toml"))
         self.hal_file_values = hal_files.values_of_hal_files(ini) if ini.path else {}
@@ -85,6 +86,7 @@ class Panel:
     def _discover(self, values):
         """Builds the pages of the functions that there are. Pages of a component that has not changed stay, with all that is entered."""
         try:
+            self._nets = self.hal.signals()
             machine = Machine(self.hal.pins(), self.declared)
         except HalGone as gone:
             self._alone(str(gone))
@@ -107,8 +109,13 @@ class Panel:
             return  # half entered
         if kept in self.pages:
             return
-        title = kept.title if kept else None
-        self.open(next((page for page in self.pages if page.title == title), self._first_page()))
+        self.open(self._again(kept) or self._first_page())
+
+    def _again(self, former):
+        """The page of a title now, or of a component that there still is; None without one."""
+        if isinstance(former, Component) and (instance := self.machine.named(former.instance.name)):
+            return Component(self, instance, self._again(former.back) or self._first_page())
+        return next((page for page in self.pages if former is not None and page.title == former.title), None)
 
     def _first_page(self):
         wanted = self.options.page
@@ -146,7 +153,9 @@ class Panel:
             self._end()
             return
         values = self.hal.values()
-        if self._names is None or values.keys() != self._names:
+        if self._looks % NETS_PERIOD == 0 and self.hal.signals() != self._nets:
+            self._discover(values)
+        elif self._names is None or values.keys() != self._names:
             if any(_is_of_machine(name) for name in values.keys() ^ (self._names or set())):
                 self._discover(values)
             else:

@@ -39,17 +39,11 @@ class Hal:
 
     def values(self):
         """All pins' values by name."""
-        gc.disable()  # a collection while HAL is locked would hold up all that needs the lock
-        try:
-            pins = hal.get_info_pins()
-        finally:
-            gc.enable()
-        found = {pin["NAME"]: pin["VALUE"] for pin in pins}
-        if pins and sys.getrefcount(pins[0]) > OWN_REFERENCES:
-            # LinuxCNC 2.9 keeps a reference to each of these dictionaries, 0.5 kB a pin and look.
-            for pin in pins:
-                _release(pin)
-        return found
+        return _infos(hal.get_info_pins, "NAME", "VALUE")
+
+    def signals(self):
+        """The pin that writes each signal, by the signal's name."""
+        return _infos(hal.get_info_signals, "NAME", "DRIVER")
 
     def pins(self):
         """All pins, by halcmd, which knows owners and signals."""
@@ -79,6 +73,21 @@ class Hal:
     def close(self):
         if not self.is_gone():
             self._component.exit()
+
+
+def _infos(look, key, value):
+    """A dictionary of two entries of the dictionaries that a look at HAL returns."""
+    gc.disable()  # a collection while HAL is locked would hold up all that needs the lock
+    try:
+        infos = look()
+    finally:
+        gc.enable()
+    found = {info[key]: info[value] for info in infos}
+    if infos and sys.getrefcount(infos[0]) > OWN_REFERENCES:
+        # LinuxCNC 2.9 keeps a reference to each of these dictionaries, 0.5 kB a pin and look.
+        for info in infos:
+            _release(info)
+    return found
 
 
 def _halcmd(*words):

@@ -95,6 +95,14 @@ class Window(unittest.TestCase):
         finger.await_text("growth.tolerance: \u22121 mm is out of range: at least 0 mm.")
         self.assertEqual(self.host.get("growth.tolerance"), 0.002)
 
+    def test_a_pin_that_gets_a_net_is_no_setting_any_more(self):
+        finger = self.panel()
+        finger.press("All components")
+        finger.press("growth")
+        self.assertFalse(finger.find_text("Inputs from signals"))
+        self.host.command("net of-another-screen growth.tolerance")
+        finger.await_text("Inputs from signals (1)")
+
     def test_who_may_only_look_changes_nothing(self):
         finger = self.panel("--access", "view")
         finger.press("Growth of Z")
