@@ -90,6 +90,8 @@ COMMANDS = {
         "scripts/test-on trixie": ROOT_NEEDED,
         "scripts/package --twice trixie": ROOT_NEEDED,
         "scripts/try-package trixie": ROOT_NEEDED,
+        "git clone --depth 1 https://github.com/LinuxCNC/linuxcnc build-trixie/linuxcnc-sources": NETWORK,
+        "scripts/linuxcnc-package build-trixie/linuxcnc-sources trixie": ROOT_NEEDED,
         "scripts/package --linuxcnc build-trixie/linuxcnc-2.10 trixie": ROOT_NEEDED,
         "scripts/package --arch arm64 trixie": ROOT_NEEDED,
         "scripts/try-arm64 trixie": ROOT_NEEDED,
