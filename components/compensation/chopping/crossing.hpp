@@ -2,24 +2,25 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
 namespace plumb {
 
-// Whether a position crosses a coordinate, either way. A new coordinate, or an invalid value, is no crossing.
+// Whether a position crosses a coordinate, either way. A move that ends at the coordinate has crossed it. A
+// new coordinate, or an invalid value, is no crossing.
 class Crossing {
 public:
     bool step(double position, double coordinate, double farthest) noexcept {
         if (!(std::abs(position) <= farthest && std::abs(coordinate) <= farthest)) return false;
-        const double side = position - coordinate;
-        const bool same = coordinate == coordinate_;
-        const bool crosses = same && side_ != 0 && side != side_ && side * side_ <= 0;
-        if (side != 0 || !same) side_ = side;
-        coordinate_ = coordinate;
-        return crosses;
+        const int before = std::exchange(place_, (position > coordinate) - (position < coordinate));
+        const bool same = std::exchange(coordinate_, coordinate) == coordinate;
+        const int side = !same || place_ != 0 ? place_ : before != 0 ? -side_ : side_;
+        return std::exchange(side_, side) * side < 0 && same;
     }
 
 private:
-    double side_ = 0, coordinate_ = 0;  // the last distance that was not 0
+    double coordinate_ = 0;
+    int place_ = 0, side_ = 0;  // below -1, above 1; side: after the last crossing, 0 before it was seen
 };
 
 }  // namespace plumb
