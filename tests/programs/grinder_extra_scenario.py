@@ -39,6 +39,7 @@ class Shift(Scenario):
             self.by_words,
             self.changed_settings,
             self.under_inhibit,
+            self.lost_homed,
             self.learn,
             self.retain_again,
             self.emergency_stop,
@@ -114,12 +115,29 @@ class Shift(Scenario):
         self.machine.mdi("G81.1 Z40 Q-80 P6000")
         self.await_condition(lambda: get("chop.stroke-count") >= 2, "strokes")
         self.machine.mdi("M480")
+        self.machine.mdi("G81.1 Z60 Q-100")
+        self.await_condition(lambda: get("chop.command") > 59, "the shifted region")
+        self.machine.mdi("G81.1 Z40 Q-80")
+        last = get("chop.stroke-count")
+        self.await_condition(lambda: get("chop.stroke-count") >= last + 3, "strokes")
         self.machine.mdi("G80.1 P2")
         self.facts["inhibited"] = [get("chop.command"), get("motion.feed-inhibit")]
         self.machine.mdi("G80.1")
         self.facts["inhibited_end"] = [get("chop.command"), get("chop.at-end"), get("motion.feed-inhibit")]
         self.host.set("motion.feed-inhibit", 0)
         halcmd("net chop-waits motion.feed-inhibit")
+
+    def lost_homed(self):
+        """For 8 ms amid a stroke: the table stands, and G80.1 returns it."""
+        self.start()
+        halcmd("unlinkp chop.homed")
+        self.host.set("chop.homed", 0)
+        self.machine.wait(0.008)
+        self.host.set("chop.homed", 1)
+        halcmd("net w-homed chop.homed")
+        self.machine.wait(0.5)
+        self.facts["lost_homed"] = [self.host.get("chop.command"), self.host.get("chop.active")]
+        self.machine.mdi("G80.1")
 
     def learn(self):
         """What plumb-retain keeps."""

@@ -12,7 +12,7 @@ import linuxcnc
 from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
-STROKE = "G81.1 Z5 Q-30 R5 P3600"
+STROKE, LOWER = "G81.1 Z5 Q-30 R5 P3600", -25
 
 
 class Shift(Scenario):
@@ -38,6 +38,8 @@ class Shift(Scenario):
         "chop.at-end",
         "chop.stroking",
         "chop.speed-factor",
+        "chop.end-position",
+        "chop.measured-position",
         "interlock.function-enable-0",
     ]
 
@@ -54,6 +56,9 @@ class Shift(Scenario):
             self.program_ends,
             self.next_program,
             self.outlasting,
+            self.shifts,
+            self.shifted_in_mdi,
+            self.holds,
             self.emergency_stop,
             self.on_again,
             self.start_again,
@@ -64,6 +69,7 @@ class Shift(Scenario):
             self.enable_lost,
             self.enable_back,
             self.to_point_r,
+            self.to_point_r_with_a_lead,
             self.refusals,
             self.with_a_tool,
             self.in_inches,
@@ -153,17 +159,20 @@ class Shift(Scenario):
 
     def defeated(self):
         """No hold of LinuxCNC acts: interlock aborts the move."""
-        self.machine.mdi("M49")
-        self.machine.mdi("M53 P0")
-        self.abort_in_the_work()
-        with contextlib.suppress(OperatorError):
-            self.machine.mdi("G1 X40 F600")
-            self.machine.wait_for(lambda _: False, "the message")
-        self.facts["defeated"] = self.host.get("joint.0.pos-cmd")
-        self.await_pin("chop.at-end", 1)
-        self.machine.mdi("M48")
-        self.machine.mdi("M53 P1")
-        self.machine.mdi("G0 X0")
+        self.facts["defeated"] = {}
+        for code, back in (("M49", "M48"), ("M51 P0", "M51 P1")):
+            self.await_pin("interlock.hold-defeated", 0)
+            self.machine.mdi(code)
+            self.machine.mdi("M53 P0")
+            self.abort_in_the_work()
+            with contextlib.suppress(OperatorError):
+                self.machine.mdi("G1 X40 F600")
+                self.machine.wait_for(lambda _: False, "the message")
+            self.facts["defeated"][code] = self.host.get("joint.0.pos-cmd")
+            self.await_pin("chop.at-end", 1)
+            self.machine.mdi(back)
+            self.machine.mdi("M53 P1")
+            self.machine.mdi("G0 X0")
 
     def program(self, *lines):
         with open("strokes.ngc", "w") as file:
@@ -197,6 +206,39 @@ class Shift(Scenario):
             self.machine.mdi("M65 P18")
             self.machine.mdi("G80.1")
             self.machine.mdi("G0 X20")
+
+    def shifts(self):
+        """Each comes with the next move of its program. The last shift of a row counts, and one without a move is void."""
+        two = ("G81.1 Z8 Q-30", "G81.1 Z4 Q-30")
+        self.program("F1200", STROKE, "G1 X21", *two, "G1 X90", "G81.1 Z9 Q-28", "G80.1", STROKE, "G1 X20", "G80.1")
+        self.machine.wait_until_idle()
+
+    def shifted_in_mdi(self):
+        """At once: in MDI no move follows. In a program M482 waits for the region that is to come."""
+        self.start()
+        self.machine.mdi("G81.1 Z4 Q-30")
+        self.await_condition(lambda: self.host.get("chop.command") < LOWER - 0.9, "the lower region")
+        self.machine.mdi("G80.1")
+        self.program(STROKE, "G81.1 Z3 Q-30", "M482", "G4 P2", "G80.1")
+        self.machine.wait_until_idle()
+        self.facts["awaited_region"] = self.host.get("chop.upper")
+
+    def holds(self):
+        """At the next dead point, at R by the setting, and at once only for an emergency."""
+        get, change = self.host.get, self.host.set
+        self.start()
+        self.facts["holds"] = []
+        for kind, order in ((1, "feed-hold"), (0, "feed-hold"), (1, "emergency-hold")):
+            change("chop.hold-kind", kind)
+            self.await_condition(lambda: get("chop.velocity") < -50, "a downward stroke")
+            place = get("chop.command")
+            change("chop." + order, 1)
+            self.await_pin("chop.held", 1)
+            self.machine.wait(0.3)
+            self.facts["holds"].append([place, get("chop.command"), get("chop.active")])
+            change("chop." + order, 0)
+            self.strokes(2)
+        self.machine.mdi("G80.1")
 
     def await_depth(self):
         """In the work: 20 mm below R and more."""
@@ -346,6 +388,20 @@ class Shift(Scenario):
         self.host.set("chop.go-to-end", 0)
         self.host.set("chop.stop-kind", 0)
         self.machine.mdi("G80.1")
+
+    def to_point_r_with_a_lead(self):
+        """A lead and a jerk-time that need 6000 mm/s2 are refused, also for the way to R."""
+        self.start()
+        self.machine.mdi("G80.1 P1")
+        before = self.host.get("chop.jerk-time")
+        self.host.set("chop.jerk-time", 0.004)
+        self.host.set("chop.lead", 0.01)
+        self.host.set("chop.go-to-end", 1)
+        self.despite_messages(lambda: self.await_pin("chop.at-end", 1))
+        self.facts["lead_refused"] = self.host.get("chop.fault-code")
+        for name, value in (("go-to-end", 0), ("lead", 0), ("jerk-time", before)):
+            self.host.set("chop." + name, value)
+        self.despite_messages(lambda: self.machine.mdi("G80.1"))
 
     def refuse(self, *blocks):
         """All that the operator reads until the last block has ended; those before it are carried out."""

@@ -29,14 +29,15 @@ public:
         without_sections,  // removes all, also those of settings
         check,             // whether a stroke is possible that begins and ends at this position, mu
         forget,            // all words
-        go_to_end          // from where the axis rests
+        go_to_end,         // from where the axis rests
+        shift = 100        // and above: takes over the dead points, by each new number
     };
 
     // A number that changes gives its word. Words are forgotten when the axis rests.
     void step(double number, double value, bool moves) noexcept {
         if (moved_ && !moves) forgets_ = true;
         moved_ = moves;
-        returns_ = false;
+        returns_ = shifts_ = false;
         if (number != number_) {
             number_ = number;
             refused_ = !give(number, value);
@@ -49,7 +50,8 @@ public:
     // The end of a program is the end of its words. It is seen some time later, so that words which are as
     // new stay.
     void watch_program(bool runs, double dt) noexcept {
-        since_word_ = number_ != none ? 0 : std::min(since_word_ + dt, 2 * newest);
+        const bool gives = number_ != none && !(number_ >= shift);  // a shift stays as it is
+        since_word_ = gives ? 0 : std::min(since_word_ + dt, 2 * newest);
         if (program_ && !runs && since_word_ > newest) forgets_ = true;
         program_ = runs;
     }
@@ -74,6 +76,7 @@ public:
     double checked() const noexcept { return checked_; }
 
     bool returns() const noexcept { return returns_; }  // to the end position, ordered in this period
+    bool shifts() const noexcept { return shifts_; }    // the region, ordered in this period
     bool refused() const noexcept { return refused_; }  // the last word
     std::size_t sections() const noexcept { return words_.count; }
 
@@ -95,6 +98,7 @@ private:
                                                   StrokeValues::at_upper};
 
     bool give(double number, double value) noexcept {
+        if (number >= shift && number <= last_shift) return shifts_ = number == std::floor(number);
         if (!(number >= none && number <= go_to_end && number == std::floor(number))) return false;
         switch (static_cast<Number>(static_cast<std::int32_t>(number))) {
             case none: return true;
@@ -116,6 +120,7 @@ private:
             case check: return take_place(checked_, value);
             case forget: forgets_ = true; return true;
             case go_to_end: returns_ = true; return true;
+            case shift: break;
         }
         return false;
     }
@@ -148,13 +153,14 @@ private:
         return true;
     }
 
-    static constexpr double newest = 0.5;  // s
+    static constexpr double newest = 0.5;      // s
+    static constexpr double last_shift = 1e9;  // a number
 
     Words words_;
     double since_word_ = 0;  // s
     bool program_ = false;
     double number_ = 0, checked_ = 0;
-    bool refused_ = false, forgets_ = false, moved_ = false, returns_ = false;
+    bool refused_ = false, forgets_ = false, moved_ = false, returns_ = false, shifts_ = false;
 };
 
 }  // namespace plumb

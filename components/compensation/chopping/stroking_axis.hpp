@@ -98,6 +98,7 @@ private:
         position_ = usable(given.position, farthest, position_);
         StrokeOrders::Now orders = orders_.step(given.orders, dt);
         orders.returns |= words_.returns();
+        orders.shifts |= words_.shifts();
         return {given,
                 orders,
                 std::abs(given.position) <= farthest,

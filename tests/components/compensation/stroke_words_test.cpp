@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace plumb {
@@ -53,6 +54,39 @@ TEST_F(Words, GoBeforeTheSettingsAndLeaveAllOthersAsTheyAre) {
     wanted.set_stop_kind(StrokeValues::at_upper);
     EXPECT_EQ(with(it, settings), wanted);
     EXPECT_EQ(wanted.stop(), Oscillation::Stop::upper);
+}
+
+TEST_F(Words, EachNewNumberOfAShiftOrdersOne) {
+    it.step(StrokeWords::shift, 0, true);
+    EXPECT_TRUE(it.shifts());
+    EXPECT_FALSE(it.refused());
+    it.step(StrokeWords::shift, 0, true);
+    EXPECT_FALSE(it.shifts()) << "the same one";
+    it.step(StrokeWords::shift + 1, 0, true);
+    EXPECT_TRUE(it.shifts());
+    it.step(0, 0, true);
+    EXPECT_FALSE(it.shifts());
+    for (const double number : {99.0, 100.5, std::nan("")}) {
+        it.step(number, 0, true);
+        EXPECT_TRUE(it.refused()) << number;
+        EXPECT_FALSE(it.shifts()) << number;
+        it.step(0, 0, true);
+    }
+}
+
+TEST_F(Words, TheNumberOfAShiftThatStaysKeepsNoWordOverTheEndOfItsProgram) {
+    const auto program = [&](bool runs, double seconds) {
+        for (int i = 0; i < seconds / 0.001; ++i) {
+            it.watch_program(runs, 0.001);
+            it.step(StrokeWords::shift, 0, false);
+        }
+    };
+    give(StrokeWords::upper_dwell, 0.25);
+    program(true, 1);
+    StrokeValues settings;
+    ASSERT_EQ(with(it, settings).stroke.upper_dwell, 0.25);
+    program(false, 0.01);
+    EXPECT_EQ(with(it, settings).stroke.upper_dwell, 0);
 }
 
 TEST_F(Words, AnOverrideOfThePanelActsOrNotAndAHoldAlways) {
