@@ -209,7 +209,7 @@ Findings linuxcnc(const Trial& trial) {
         findings.push_back(
             {Mark::wrong,
              "LinuxCNC " + *version + ": this Plumb was built for " + series +
-                 ". The modules of one series do not load in another. Install the package of Plumb for your "
+                 ". plumb-host and interlock work with this series only. Install the package of Plumb for your "
                  "LinuxCNC, build Plumb again, or install LinuxCNC " +
                  series + " again.",
              as_root("apt install --allow-downgrades 'linuxcnc-uspace=*" + series + "*'")});
