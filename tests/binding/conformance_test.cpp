@@ -33,9 +33,9 @@ using testing::Not;
 using Complaints = std::vector<std::string>;
 
 // "1" is a ratio.
-const std::set<std::string> units{"1",      "%",   "mu",  "mu2",  "mu/s", "mu/s2", "mu/K",
-                                  "mu/min", "rad", "deg", "degC", "K",    "N",     "N/mu",
-                                  "1/K",    "1/s", "K/W", "W",    "s",    "Hz",    "rpm"};
+const std::set<std::string> units{"1",   "%",   "mu",    "mu2",  "mu/s", "mu/s2", "mu/K", "mu/min",
+                                  "rad", "deg", "deg/s", "degC", "K",    "N",     "N/mu", "1/K",
+                                  "1/s", "K/W", "W",     "s",    "Hz",   "rpm"};
 
 std::string output_of(const std::string& command) {
     std::string result;

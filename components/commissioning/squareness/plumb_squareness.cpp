@@ -230,7 +230,8 @@ void print_tables(const SquarenessOptions& options) {
                           : its.seal)
                   << '\n';
     for (const auto& [axis, table] : read.tables)
-        std::cout << formatted("%c from %g to %g mm\n", axis, table.first(), table.last());
+        std::cout << formatted("%c from %g to %g %s\n", axis, table.first(), table.last(),
+                                   error_table_file::is_rotary(axis) ? "deg" : "mm");
 }
 
 // Throws std::runtime_error with the file and the reason.

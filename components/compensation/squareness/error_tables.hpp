@@ -29,7 +29,7 @@ namespace plumb {
 // them: one set is in use; the other one is free for reading until the function takes it over.
 class ErrorTables {
 public:
-    using Set = PerAxis<std::optional<DirectedErrorTable>>;
+    using Set = std::array<std::optional<DirectedErrorTable>, 7>;  // by coordinate()
 
     // At load, `paths` separated by colons. Throws with file, line and reason.
     void load(const std::string& paths, const AxisChain& chain) {
@@ -47,6 +47,12 @@ public:
     }
 
     bool any() const noexcept { return !files_.empty(); }
+
+    // The number of axes with a table.
+    std::int32_t count() const noexcept {
+        return static_cast<std::int32_t>(
+            std::count_if(in_use().begin(), in_use().end(), [](const auto& its) { return its.has_value(); }));
+    }
 
     // Realtime: asks for the tables to be read again, after a reading that is under way.
     void ask() noexcept { wanted_ = true; }

@@ -103,8 +103,8 @@ struct Reversal final : hal::Group {
 
     bool doubtful_now() const noexcept { return doubtful_; }
 
-    // Whether a cut has begun in doubt, until the doubt ends. An axis that turns at the begin of a cut ends it
-    // sooner than in `grace`.
+    // Whether a cut has begun in doubt, until the doubt ends. An axis that turns at the begin of a cut ends
+    // it sooner than in `grace`.
     bool cut_in_doubt(bool cuts, double dt) noexcept {
         cut_for_ = doubtful_ && cuts ? cut_for_ + dt : 0;
         cut_in_doubt_ = doubtful_ && (cut_in_doubt_ || cut_for_ > grace);
@@ -119,7 +119,7 @@ private:
     std::array<TrapezoidalMove, 4> turns_;
     std::array<bool, 4> twice_{}, pushed_{};  // compensated twice; perhaps pushed while off
     bool any_twice_ = false, was_on_ = true, doubtful_ = false, cut_in_doubt_ = false;
-    double cut_for_ = 0;  // s, in doubt
+    double cut_for_ = 0;       // s, in doubt
     double acceleration_ = 0;  // mu/s2, the last one
     SquarenessModel::Directions now_;
     AxisPosition last_ = AxisPosition::Zero(), wanted_ = AxisPosition::Zero(),

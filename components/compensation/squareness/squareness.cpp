@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/squareness/compensated_tip.hpp"
+#include "components/compensation/squareness/correction_ramps.hpp"
 #include "components/compensation/squareness/error_tables.hpp"
 #include "components/compensation/squareness/motion_reader.hpp"
 #include "components/compensation/squareness/reversal.hpp"
@@ -8,7 +9,6 @@
 #include "components/compensation/squareness/squareness_settings.hpp"
 #include "components/compensation/squareness/squareness_status.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/blocks/ramped_correction.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
 #include "hal/offset.hpp"
@@ -32,8 +32,12 @@ struct Squareness final : hal::Component {
     hal::Option<std::string> chain{
         this, "chain", "w-X-Y.b-Z-C-t",
         "Axes that carry the work, before b, and axes that carry the tool, after b."};
-    hal::Option<std::string> table{this, "table", "",
-                                   "CSV files of error tables: absolute paths, separated by colons; none for no table."};
+    hal::Option<std::string> rotary{
+        this, "rotary", "",
+        "Axes of the chain that are positioned, as AC; a C that is not named is a spindle."};
+    hal::Option<std::string> table{
+        this, "table", "",
+        "CSV files of error tables: absolute paths, separated by colons; none for no table."};
     hal::LengthUnit unit{this};
 
     hal::In<bool> enable{this, "enable", false, "Apply the correction; false: it returns to 0."};
@@ -78,7 +82,7 @@ struct Squareness final : hal::Component {
     hal::Function run{this, "update", &Squareness::update, hal::Place::source};
 
     void prepare() override {
-        axes_ = AxisChainReader::read(chain);
+        axes_ = AxisChainReader::read(chain, rotary);
         tables_.load(table, axes_);
         for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         parallel_ = axes_.parallel_axis();
@@ -96,8 +100,7 @@ struct Squareness final : hal::Component {
     }
 
     void update(double dt) noexcept {
-        const double way = settings.values().max_speed * dt * (1 + play);
-        const bool jumped = reader_.read_motion(settings.axes, axes_, way);
+        const bool jumped = reader_.read_motion(settings, axes_, dt * (1 + play));
         reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
         compensated.step(model_.velocity(reader_.motion()), by_program);
@@ -105,28 +108,26 @@ struct Squareness final : hal::Component {
         const bool edited = settings.judge(axes_) || left_out;
         const bool reloaded = take_over_tables();
         reversal.move(settings.values(), reloaded || left_out, dt);
-        const bool homed = all_homed, was_active = model_.active();
-
-        const bool enabled = enable;
+        const bool homed = all_homed, enabled = enable, was_active = model_.active();
         follow(edited, enabled && homed && settings.complete(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
-            correction[i] = ramp_.offset()[i];
-            corrected_position[i] = reader_.motion().position[i] + ramp_.offset()[i];
-            corrected_velocity[i] = reader_.motion().velocity[i] + ramp_.velocity()[i];
+            correction[i] = ramps_.xyz.offset()[i];
+            corrected_position[i] = reader_.motion().position[i] + ramps_.xyz.offset()[i];
+            corrected_velocity[i] = reader_.motion().velocity[i] + ramps_.xyz.velocity()[i];
             error[i] = homed ? result_.error[i] : 0;
         }
         if (parallel_) {
             const auto i = static_cast<std::size_t>(*parallel_);
-            correction[i] = parallel_ramp_.offset()[0];
-            corrected_position[i] = reader_.motion().position[3] + parallel_ramp_.offset()[0];
-            corrected_velocity[i] = reader_.motion().velocity[3] + parallel_ramp_.velocity()[0];
+            correction[i] = ramps_.parallel.offset()[0];
+            corrected_position[i] = reader_.motion().position[3] + ramps_.parallel.offset()[0];
+            corrected_velocity[i] = reader_.motion().velocity[3] + ramps_.parallel.velocity()[0];
         }
         AxisPosition wanted = reader_.motion().position - result_.reversal;
-        wanted.head<3>() += ramp_.offset();
-        wanted[3] += parallel_ramp_.offset()[0];
+        wanted.head<3>() += ramps_.xyz.offset();
+        wanted[3] += ramps_.parallel.offset()[0];
         reversal.watch(axes_, wanted, jumped, settings.values().reversal_distance, result_);
-        ramping = is_ramping();
+        ramping = ramps_.ramping();
         report(jumped && was_active);
         settle(by_program, dt);
         show_status(enabled, homed);
@@ -142,6 +143,7 @@ private:
         pin.turning(settings.reversal_rate, settings.reversal_acceleration);
         pin.accelerated_by("The stage limits its acceleration, joint_offset(9) by offset-acceleration.");
         for (const SquarenessAxis& axis : settings.axes) pin.motion(axis.position, 0.02);
+        for (const SquarenessRotary& axis : settings.rotaries) pin.motion(axis.position, 0.05);  // mu per deg
         return pin;
     }
 
@@ -173,19 +175,15 @@ private:
             result_ = model_.at(reader_.motion(), reversal.now(), tables_.in_use());
         }
         if (jumped || before.steady != last.steady) before = last;
-        ramp_.step(result_.wanted, before.wanted, settings.values().max_rate, dt);
-        parallel_ramp_.step(result_.wanted_parallel, before.wanted_parallel, settings.values().max_rate, dt);
+        ramps_.step(result_, before, settings.values().max_rate, dt);
     }
-
-    bool is_ramping() const noexcept { return ramp_.ramping() || parallel_ramp_.ramping(); }
 
     void report(bool jumped) noexcept {
         const bool active = model_.active();
-        const Bound bound =
-            hal::first<Bound>({{settings.limited(), Bound::angle},
-                               {ramp_.limited() || parallel_ramp_.limited(), Bound::correction},
-                               {active && jumped, Bound::jump},
-                               {active && result_.beyond_table, Bound::table}});
+        const Bound bound = hal::first<Bound>({{settings.limited(), Bound::angle},
+                                               {ramps_.limited(), Bound::correction},
+                                               {active && jumped, Bound::jump},
+                                               {active && result_.beyond_table, Bound::table}});
         limited = bound;
         is_limited_ = bound != Bound::none;
         const Fault code = hal::first<Fault>({{!reader_.motion_known(), Fault::motion},
@@ -198,15 +196,13 @@ private:
         fault = code;
         has_fault_ = code != Fault::none;
         table_fault = tables_.refused();
-        count_ = 0;
-        for (const auto& its : tables_.in_use()) count_ += its.has_value();
-        tables = count_;
+        tables = count_ = tables_.count();
         serial = serial_;
     }
 
     void settle(bool by_program, double dt) noexcept {
         const bool stages_ramp = stages_ramping;
-        all_ramping_ = is_ramping() || stages_ramp;
+        all_ramping_ = ramps_.ramping() || stages_ramp;
         settling_.step({tool_changed_, all_ramping_, model_.active(), has_fault_, is_limited_, by_program,
                         motion_type, path_velocity, settings.values().settling_time},
                        dt);
@@ -237,8 +233,7 @@ private:
     MotionReader reader_;
     Eigen::Vector3d mounted_ = Eigen::Vector3d::Zero();  // mu, the tool with the radial offset
     SquarenessModel::Result result_;
-    RampedCorrection ramp_;
-    RampedCorrectionOf<1> parallel_ramp_;  // of U, V or W
+    CorrectionRamps ramps_;
     Edge reload_{true};                    // a reload that is true already asks for nothing
     std::int32_t serial_ = 0, count_ = 0;  // of reloads, of axes with a table
     Settling settling_;

@@ -21,6 +21,8 @@ class SquarenessModel {
 public:
     struct Motion {
         AxisPosition position = AxisPosition::Zero(), velocity = AxisPosition::Zero();  // mu, mu/s
+        Eigen::Vector3d angles = Eigen::Vector3d::Zero();                               // deg, of A, B and C
+        Eigen::Vector3d rates = Eigen::Vector3d::Zero();                                // deg/s
     };
     // Of each axis: its direction of motion d, -1 to 1, and its change.
     struct Directions {
@@ -28,9 +30,9 @@ public:
     };
     struct Result {
         RampedCorrection::Wanted wanted;
-        RampedCorrectionOf<1>::Wanted wanted_parallel;           // of U, V or W
-        Eigen::Vector3d error = Eigen::Vector3d::Zero();         // mu, tip error without correction
-        bool beyond_table = false;                               // a table does not reach here
+        RampedCorrectionOf<1>::Wanted wanted_parallel;     // of U, V or W
+        Eigen::Vector3d error = Eigen::Vector3d::Zero();   // mu, tip error without correction
+        bool beyond_table = false, beyond_rotary = false;  // a table, one of A, B or C, does not reach here
         Eigen::Matrix4d by_direction = Eigen::Matrix4d::Zero();  // mu, dc/dd of X, Y, Z and U, V or W
         AxisPosition reversal = AxisPosition::Zero();            // mu, part of the wanted offsets by d
         bool steady = true;  // false: it changes with the position as on no machine, and is invalid
@@ -41,7 +43,7 @@ public:
         : axes_(axes),
           parallel_(axes.parallel_axis()),
           millimetres_(millimetres),
-          correction_(KinematicChain({axes, {}, {}, {}})) {}
+          correction_(KinematicChain::Settings{axes, {}, {}, {}, {}}) {}
 
     const Eigen::Vector3d& tool() const noexcept { return tool_; }
     bool active() const noexcept { return active_; }
@@ -70,21 +72,31 @@ public:
             s.tilts[i] = {settings.angles(axis), settings.of(axis).tool_follows};
             pivot_[static_cast<Eigen::Index>(i)] = settings.of(axis).pivot;
         });
-        correction_ = TipCorrection(KinematicChain(s), -settings.reference_tool_offset);
+        for_each_rotary([&](Axis axis) {
+            RotaryPlace& its = s.places[static_cast<std::size_t>(direction(axis))];
+            its = settings.place(axis);
+            if (axes_.work.has(axis)) its.angles[direction(axis)] *= -1;  // as its angle
+        });
+        correction_ = TipCorrection(s, -settings.reference_tool_offset);
     }
 
     // Call it each period: it begins at the last result, and so needs few steps.
     Result at(const Motion& motion, const Directions& d, const ErrorTables::Set& tables) noexcept {
         Result result;
         const AxisPosition q = motion.position - pivot_;
+        for_each_rotary([&](Axis axis) {
+            correction_.chain().set_angle(axis, motion.angles[direction(axis)]);
+            result.beyond_rotary |= take_error(axis, motion.angles[direction(axis)], tables);
+        });
         TipCorrection::Correction c;
         for (int step = 0; step < 3; ++step) {
             result.beyond_table = take_errors(TipCorrection::corrected(q, led_to_, share_.offset), d, tables);
             const TipCorrection::Share last = share_;
             share_ = shares_ ? correction_.share(*parallel_, q, last.offset) : TipCorrection::Share{};
             c = correction_.at(q, tool_, led_to_, share_);
-            result.steady =
-                c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 && std::abs(share_.slope) <= 0.5;
+            result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 &&
+                            std::abs(share_.slope) <= 0.5 &&
+                            c.by_rotary.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() * millimetres_ <= 0.5;
             if (!result.steady) {
                 led_to_.setZero();
                 share_ = {};
@@ -95,12 +107,14 @@ public:
             led_to_ = c.offset;
             if (way * millimetres_ < near) break;
         }
+        result.beyond_table |= result.beyond_rotary;
         result.error = c.error;
         result.wanted.most = most_;
         result.wanted_parallel.most = most_;
         if (active_) {
             result.wanted.offset = c.offset;
             result.wanted.velocity = c.slopes * motion.velocity;
+            if (correction_.chain().has_rotary()) result.wanted.velocity += c.by_rotary * motion.rates;
             result.wanted_parallel.offset[0] = share_.offset;
             result.wanted_parallel.velocity[0] = share_.slope * motion.velocity[3];
         }
@@ -140,15 +154,33 @@ private:
                 reading.at.errors[own] = reading.at.slopes[own] = reading.halves[own] = 0;
             }
             correction_.chain().set_error(axis, error(there[k], reading));
-            beyond |= !(place >= tables[i]->first() && place <= tables[i]->last());
+            beyond |= !tables[i]->covers(place);
         });
         return beyond;
+    }
+
+    // Of a rotary axis. Returns whether its table does not reach the angle.
+    bool take_error(Axis axis, double angle, const ErrorTables::Set& tables) noexcept {
+        const auto& table = tables[static_cast<std::size_t>(coordinate(axis))];
+        if (!table) return false;
+        AxisError its = error(angle, {table->at(angle)});
+        its.slope.translation /= millimetres_;  // per deg, not per mu
+        its.slope.angles /= millimetres_;
+        correction_.chain().set_error(axis, its);
+        return !table->covers(angle);
     }
 
     template <typename Function>
     void for_each_axis(const Function& call) const noexcept {
         for (const AxisBranch* branch : {&axes_.work, &axes_.tool})
             for (const Axis axis : *branch) call(axis, static_cast<std::size_t>(coordinate(axis)));
+    }
+
+    template <typename Function>
+    void for_each_rotary(const Function& call) const noexcept {
+        for (const AxisBranch* branch : {&axes_.work, &axes_.tool})
+            for (const Axis axis : branch->members)
+                if (rotary(axis)) call(axis);
     }
 
     AxisError error(double position, const DirectedErrorTable::Reading& reading) const noexcept {

@@ -3,6 +3,7 @@
 
 #include "components/compensation/squareness/squareness_axis.hpp"
 #include "components/compensation/squareness/squareness_codes.hpp"
+#include "components/compensation/squareness/squareness_rotary.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/geometry/axis_chain.hpp"
@@ -26,6 +27,7 @@ struct SquarenessSettings final : hal::Group {
     static constexpr double longest = 1e4;  // mu, of a tool
 
     hal::Axes<SquarenessAxis, 6> axes{this};
+    SquarenessRotary rotaries[3]{{hal::Owner(this, 'a')}, {hal::Owner(this, 'b')}, {hal::Owner(this, 'c')}};
     hal::In<bool> axis_direction{
         this, "axis-direction", false,
         "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries."};
@@ -47,7 +49,8 @@ struct SquarenessSettings final : hal::Group {
         this, "%-reference-tool-offset", 0, "mu",
         "Offset in % of the tool with which the origin of the work was set."};
     static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
-        settling_times{1e-3, 3600}, distances{1e-7, 0.1}, reversal_rates{1e-6, 100}, accelerations{1e-3, 1e5};
+        settling_times{1e-3, 3600}, distances{1e-7, 0.1}, rotary_speeds{1e-3, 1e5}, reversal_rates{1e-6, 100},
+        accelerations{1e-3, 1e5};
     hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", tilts};
     hal::In<double> max_correction{
         this, "max-correction", 1, "mu", "Maximum correction of an axis, in either direction.", corrections};
@@ -57,6 +60,8 @@ struct SquarenessSettings final : hal::Group {
     hal::In<double> max_speed{
         this,  "max-speed", 0, "mu/s", "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
         speeds};
+    hal::In<double> max_rotary_speed{
+        this, "max-rotary-speed", 3600, "deg/s", "Maximum speed of A, B and C.", rotary_speeds};
     hal::In<double> settling_time{
         this, "settling-time", 10, "s", "Maximum time for which settling is true.", settling_times};
 
@@ -82,20 +87,22 @@ struct SquarenessSettings final : hal::Group {
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
+        std::array<SquarenessRotary::Settings, 3> rotaries;
         bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
              radial_is_diameter = false;
         double radial_offset = 0, radial_direction = 0;                   // mu, deg
         Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
+        double max_rotary_speed = 3600;
         double reversal_distance = 0.0005, reversal_rate = 0.9, reversal_acceleration = 125;
 
         bool operator==(const Values& other) const noexcept {
             const auto all = [](const Values& v) {
-                return std::tie(v.axes, v.axis_direction, v.to_bed, v.parallel_axis_corrects,
-                                v.radial_is_diameter, v.radial_offset, v.radial_direction,
-                                v.reference_tool_offset, v.max_angle, v.max_correction, v.max_rate,
-                                v.max_speed, v.settling_time, v.reversal_distance, v.reversal_rate,
-                                v.reversal_acceleration);
+                return std::tie(v.axes, v.rotaries, v.max_rotary_speed, v.axis_direction, v.to_bed,
+                                v.parallel_axis_corrects, v.radial_is_diameter, v.radial_offset,
+                                v.radial_direction, v.reference_tool_offset, v.max_angle, v.max_correction,
+                                v.max_rate, v.max_speed, v.settling_time, v.reversal_distance,
+                                v.reversal_rate, v.reversal_acceleration);
             };
             return all(*this) == all(other);
         }
@@ -105,6 +112,15 @@ struct SquarenessSettings final : hal::Group {
         }
         Eigen::Vector3d angles(Axis axis) const noexcept {
             return of(axis).angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
+        }
+        const SquarenessRotary::Settings& of_rotary(Axis axis) const noexcept {
+            return rotaries[static_cast<std::size_t>(plumb::direction(axis))];
+        }
+        // Of a rotary axis, its tilt within max-angle.
+        RotaryPlace place(Axis axis) const noexcept {
+            const SquarenessRotary::Settings& its = of_rotary(axis);
+            return {its.point, its.error,
+                    its.angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); })};
         }
         TiltReading reading() const noexcept {
             return axis_direction ? TiltReading::axis_direction : TiltReading::component;
@@ -136,10 +152,12 @@ struct SquarenessSettings final : hal::Group {
 
 private:
     static constexpr Axis all_axes[] = {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W};
+    static constexpr Axis rotary_axes[] = {Axis::A, Axis::B, Axis::C};
 
     Values read() const noexcept {
         Values given;
         for (std::size_t i = 0; i < given.axes.size(); ++i) given.axes[i] = axes[i].read();
+        for (std::size_t i = 0; i < given.rotaries.size(); ++i) given.rotaries[i] = rotaries[i].read();
         given.axis_direction = axis_direction;
         given.to_bed = to_bed;
         given.parallel_axis_corrects = parallel_axis_corrects;
@@ -151,6 +169,7 @@ private:
         given.max_correction = max_correction;
         given.max_rate = max_rate;
         given.max_speed = max_speed;
+        given.max_rotary_speed = max_rotary_speed;
         given.settling_time = settling_time;
         given.reversal_distance = reversal_distance;
         given.reversal_rate = reversal_rate;
@@ -175,6 +194,11 @@ private:
             limited_ |= values_.angles(axis) != values_.of(axis).angles;
             any_tilt_ |= !values_.of(axis).angles.isZero(0);
         }
+        for (const Axis axis : rotary_axes) {
+            const SquarenessRotary::Settings& its = values_.of_rotary(axis);
+            limited_ |= values_.place(axis).angles != its.angles;
+            any_tilt_ |= !its.angles.isZero(0) || !its.error.isZero(0);
+        }
     }
 
     // An invalid value keeps its last good one.
@@ -182,6 +206,8 @@ private:
         Values now = given;
         for (std::size_t i = 0; i < now.axes.size(); ++i)
             now.axes[i] = given.axes[i].usable(values_.axes[i], bad);
+        for (std::size_t i = 0; i < now.rotaries.size(); ++i)
+            now.rotaries[i] = given.rotaries[i].usable(values_.rotaries[i], bad);
         if (!(std::abs(given.radial_offset) <= longest)) {
             now.radial_offset = values_.radial_offset;
             now.radial_is_diameter = values_.radial_is_diameter;
@@ -200,11 +226,14 @@ private:
         if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
               rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
               settling_times.contains(usable.settling_time) && distances.contains(usable.reversal_distance) &&
+              rotary_speeds.contains(usable.max_rotary_speed) &&
               reversal_rates.contains(usable.reversal_rate) &&
               accelerations.contains(usable.reversal_acceleration)))
             return Fault::limit;
         for (const Axis axis : all_axes)
             if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;
+        for (const Axis axis : rotary_axes)
+            if (!chain.has(axis) && !usable.of_rotary(axis).names_nothing()) return Fault::axis;
         if (usable.parallel_axis_corrects && !chain.parallel_axis()) return Fault::axis;
         if (usable.to_bed && !chain.stacked()) return Fault::datum;
         if (usable.radius() != 0 && !usable.directed()) return Fault::direction;

@@ -22,7 +22,7 @@
 
 namespace plumb {
 
-// Error tables of linear axes, as CSV: a header of the axis and of its error motions by their names in
+// Error tables of axes, as CSV: a header of the axis and of its error motions by their names in
 // ISO 230-1, and a row for each position.
 //
 //     # machine: portal mill 7
@@ -39,6 +39,9 @@ namespace plumb {
 // tables, one after the other, each with its header. The last line of a file counts the rows of all its
 // tables: a truncated file has no such line, or another count. A number has a decimal point in every locale.
 //
+// A table of A, B or C has its positions in deg, and no columns by direction. If it ends 360 deg after its
+// first row, it holds for all turns, and both rows are the same.
+//
 // The head, before the first table, may state machine, date and temperature. Other lines that begin with #,
 // and empty ones, are ignored.
 //
@@ -52,7 +55,11 @@ namespace error_table_file {
 
 using csv::decimal, csv::quoted;
 
-constexpr std::string_view axes = "XYZUVW";
+constexpr std::string_view linear_axes = "XYZUVW";
+constexpr std::string_view axes = "XYZUVWABC";
+constexpr bool is_rotary(char axis) {
+    return axis <= 'C';
+}
 
 // Beyond these no machine is real, but a file in other units easily is.
 constexpr double longest = 1e5;                                      // mm, a position
@@ -343,6 +350,8 @@ private:
     // An error has one column, or one for each direction.
     void check_direction(const Column& column) const {
         if (column.direction == 0) return;
+        if (is_rotary(axis_))
+            refuse(csv::quoted(column.name) + " has a direction, which is not possible for a rotary axis");
         bool paired = false;
         for (const Column& other : columns_) {
             if (other.is_position || other.error != column.error) continue;
@@ -398,14 +407,15 @@ private:
             step = row[i] - before[i];
             if (!(step >= nearest))
                 refuse(i, decimal(row[i]) + " is not beyond " + decimal(before[i]) + " by at least " +
-                              decimal(nearest) + " mm");
+                              decimal(nearest) + unit(columns_[i]));
         }
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             if (columns_[i].is_position) continue;
             const double from = before[i], to = row[i];
             if (std::abs(to - from) > steepest[columns_[i].error] * step)
                 refuse(i, "from " + decimal(from) + " to " + decimal(to) + " within " + decimal(step) +
-                              " mm is too steep; is it in" + unit(columns_[i]) + '?');
+                              (is_rotary(axis_) ? " deg" : " mm") + " is too steep; is it in" +
+                              unit(columns_[i]) + '?');
         }
     }
 
@@ -425,7 +435,7 @@ private:
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const Column& column = columns_[i];
             directed |= column.direction != 0;
-            scale |= !column.is_position && column.error == axes.find(axis_) % 3;
+            scale |= !column.is_position && column.error == axes.find(axis_) % 3 + (is_rotary(axis_) ? 3 : 0);
             for (std::size_t k = 0; k < rows_.size(); ++k) {
                 const double value = rows_[k][i];
                 if (column.is_position) {
@@ -436,14 +446,36 @@ private:
                 }
             }
         }
-        tables_.emplace(axis_,
-                        DirectedErrorTable(ErrorTable(mean),
-                                           directed ? std::optional(ErrorTable(half)) : std::nullopt, scale));
+        const std::optional<double> turn_from = is_rotary(axis_) ? round(mean) : std::nullopt;
+        tables_.emplace(axis_, DirectedErrorTable(ErrorTable(mean),
+                                                  directed ? std::optional(ErrorTable(half)) : std::nullopt,
+                                                  scale, turn_from));
         facts_.rows += rows_.size();
         facts_.axes += (facts_.axes.empty() ? "" : ", ") + std::string(1, axis_);
     }
 
-    static std::string unit(const Column& column) {
+    // Where the turn of a table that reaches round begins. A row beyond either end gives the slope there.
+    std::optional<double> round(std::vector<ErrorTable::Row>& rows) const {
+        constexpr double turn = DirectedErrorTable::turn;
+        const double length = rows.back().position - rows.front().position;
+        if (length > turn + 1e-9)
+            refuse_at(header_line_,
+                      std::string(1, axis_) + " has rows over " + decimal(length) + " deg, more than a turn");
+        if (length < turn - 1e-9) return {};
+        if (rows.back().errors != rows.front().errors)
+            refuse_at(header_line_, std::string(1, axis_) + ": the first and the last row are one place, " +
+                                        decimal(turn) + " deg apart, and differ");
+        const double from = rows.front().position;
+        ErrorTable::Row before = rows[rows.size() - 2], behind = rows[1];
+        before.position -= turn;
+        behind.position += turn;
+        rows.insert(rows.begin(), before);
+        rows.push_back(behind);
+        return from;
+    }
+
+    std::string unit(const Column& column) const {
+        if (column.is_position && is_rotary(axis_)) return " deg";
         return column.is_position || column.error < 3 ? " mm" : " rad";
     }
 

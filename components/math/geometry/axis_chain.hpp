@@ -12,24 +12,43 @@
 
 namespace plumb {
 
-// Axes that carry each other, from the bed outwards.
-struct AxisBranch {
-    std::array<Axis, 4> axes{};
+// A list of axes.
+template <std::size_t N>
+struct AxisList {
+    std::array<Axis, N> axes{};
     int size = 0;
 
     const Axis* begin() const noexcept { return axes.data(); }
     const Axis* end() const noexcept { return axes.data() + size; }
-    bool has(Axis axis) const noexcept { return std::find(begin(), end(), axis) != end(); }
+    void add(Axis axis) noexcept { axes[static_cast<std::size_t>(size++)] = axis; }
+};
+
+// Axes that carry each other, from the bed outwards: a list of the linear ones, and `members` with the rotary
+// ones between them.
+struct AxisBranch : AxisList<4> {
+    AxisList<7> members;
+
+    bool has(Axis axis) const noexcept {
+        return std::find(members.begin(), members.end(), axis) != members.end();
+    }
     // An axis rides on one parallel to it.
     bool stacked() const noexcept {
         for (const Axis* a = begin(); a != end(); ++a)
             if (std::any_of(a + 1, end(), [a](Axis b) { return parallel(*a, b); })) return true;
         return false;
     }
-    void add(Axis axis) noexcept { axes[static_cast<std::size_t>(size++)] = axis; }
+    void add(Axis axis) noexcept {
+        members.add(axis);
+        if (!rotary(axis)) AxisList::add(axis);
+    }
+    AxisBranch reversed() const noexcept {
+        AxisBranch result;
+        for (const Axis* axis = members.end(); axis != members.begin();) result.add(*--axis);
+        return result;
+    }
 };
 
-// Which axes carry the work and which the tool: X, Y, Z and at most one of U, V and W.
+// Which axes carry the work and which the tool: X, Y, Z, at most one of U, V and W, and rotary ones.
 struct AxisChain {
     AxisBranch work;
     AxisBranch tool;
@@ -41,6 +60,7 @@ struct AxisChain {
             if (has(axis)) return axis;
         return {};
     }
+    bool rotary() const noexcept { return has(Axis::A) || has(Axis::B) || has(Axis::C); }
     // On either side.
     bool stacked() const noexcept { return work.stacked() || tool.stacked(); }
 };
@@ -51,13 +71,26 @@ struct AxisChain {
 //
 // A text that begins with b names the tool's side alone; those of X, Y and Z that it leaves out carry the
 // work, X next to the bed. C, a spindle, may stand on either side and moves nothing.
+//
+// `rotary` names the axes A, B and C that are positioned, as AC: they turn all that they carry.
 class AxisChainReader {
 public:
     // Throws std::invalid_argument with the text, the place in it (from 1) and the reason.
-    static AxisChain read(const std::string& text) { return AxisChainReader(text).chain(); }
+    static AxisChain read(const std::string& text, const std::string& rotary = "") {
+        return AxisChainReader(text, rotary).chain();
+    }
 
 private:
-    explicit AxisChainReader(const std::string& text) : text_(text) {}
+    AxisChainReader(const std::string& text, const std::string& rotary) : text_(text) {
+        if (rotary == "none") return;
+        for (const char name : rotary) {
+            const std::size_t k = std::string("ABC").find(name);
+            if (k == std::string::npos || rotary_[k])
+                throw std::invalid_argument("rotary \"" + rotary +
+                                            "\" names A, B or C, each at most once, as in AC");
+            rotary_[k] = true;
+        }
+    }
 
     AxisChain chain() {
         if (text_.empty()) refuse("it is empty; a chain is for instance w-Z.b-X-Y-C-t");
@@ -73,6 +106,9 @@ private:
             if (work_named) refuse(std::string("axis ") + letter(axis) + " is missing");
             chain_.work.add(axis);
         }
+        for (const Axis axis : {Axis::A, Axis::B, Axis::C})
+            if (is_rotary(axis) && !chain_.has(axis))
+                refuse(std::string("rotary axis ") + letter(axis) + " is missing");
         return chain_;
     }
 
@@ -86,7 +122,7 @@ private:
             if (take('b')) break;
             member(chain_.work);
         }
-        std::reverse(chain_.work.axes.begin(), chain_.work.axes.begin() + chain_.work.size);
+        chain_.work = chain_.work.reversed();
     }
 
     void tool_side() {
@@ -98,7 +134,18 @@ private:
         if (!take('-')) refuse("expected -, not " + here());
     }
 
+    bool is_rotary(Axis axis) const { return rotary_[static_cast<std::size_t>(direction(axis))]; }
+
     void member(AxisBranch& branch) {
+        for (const Axis axis : {Axis::A, Axis::B, Axis::C}) {
+            if (at_ == text_.size() || text_[at_] != letter(axis) || !is_rotary(axis)) continue;
+            if (chain_.has(axis)) refuse(here() + " is named twice");
+            branch.add(axis);
+            ++at_;
+            return;
+        }
+        if (at_ < text_.size() && (text_[at_] == 'A' || text_[at_] == 'B'))
+            refuse(here() + " is a rotary axis that rotary does not name");
         if (at_ < text_.size() && text_[at_] == 'C') {
             if (spindle_) refuse("C is named twice");
             spindle_ = take('C');
@@ -136,6 +183,7 @@ private:
     const std::string& text_;
     std::size_t at_ = 0;
     AxisChain chain_;
+    std::array<bool, 3> rotary_{};  // A, B, C
     bool spindle_ = false;
 };
 

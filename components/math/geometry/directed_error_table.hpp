@@ -4,6 +4,7 @@
 #include "components/math/geometry/error_table.hpp"
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -22,18 +23,31 @@ public:
     };
 
     // `half` has the positions of `mean`. `scale_measured`: the table has the scale of the
-    // axis, its error along its own travel.
+    // axis, its error along its own travel. `turn_from`, of a rotary axis: the table holds for
+    // all turns, from this position on for one turn, and has a row more at either end.
     explicit DirectedErrorTable(ErrorTable mean, std::optional<ErrorTable> half = std::nullopt,
-                                bool scale_measured = false)
-        : mean_(std::move(mean)), half_(std::move(half)), scale_measured_(scale_measured) {}
+                                bool scale_measured = false, std::optional<double> turn_from = std::nullopt)
+        : mean_(std::move(mean)),
+          half_(std::move(half)),
+          scale_measured_(scale_measured),
+          turn_from_(turn_from) {}
 
-    double first() const noexcept { return mean_.first(); }  // mm
-    double last() const noexcept { return mean_.last(); }    // mm
+    static constexpr double turn = 360;  // deg
+
+    double first() const noexcept { return turn_from_ ? *turn_from_ : mean_.first(); }       // mm or deg
+    double last() const noexcept { return turn_from_ ? *turn_from_ + turn : mean_.last(); }  // mm or deg
+    // Whether there is a row on either side of the position; NaN has none.
+    bool covers(double position) const noexcept {
+        return turn_from_ ? std::isfinite(position) : position >= first() && position <= last();
+    }
     bool directed() const noexcept { return half_.has_value(); }
     bool scale_measured() const noexcept { return scale_measured_; }
 
     // The mean of both directions.
-    ErrorTable::Reading at(double position) const noexcept { return mean_.at(position); }
+    ErrorTable::Reading at(double position) const noexcept {
+        return mean_.at(turn_from_ ? position - turn * std::floor((position - *turn_from_) / turn)
+                                   : position);
+    }
 
     Reading at(double position, double d) const noexcept {
         const ErrorTable::Place place = mean_.place(position);
@@ -52,6 +66,7 @@ private:
     ErrorTable mean_;
     std::optional<ErrorTable> half_;
     bool scale_measured_;
+    std::optional<double> turn_from_;  // deg
 };
 
 }  // namespace plumb

@@ -17,6 +17,8 @@ namespace plumb {
 using AxisPosition = Eigen::Vector4d;
 // Change of a vector X, Y, Z with the position.
 using PositionSlopes = Eigen::Matrix<double, 3, 4>;
+// And with the angles of A, B and C, in mu per deg.
+using RotarySlopes = Eigen::Matrix3d;
 
 // The exact place of the tool's tip in the work, on a machine with tilted axes that have errors:
 //
@@ -28,6 +30,12 @@ using PositionSlopes = Eigen::Matrix<double, 3, 4>;
 // Everything behind an axis turns with it; reading and datum give the part that its tilt turns. On either
 // side a tilt is the same as an error (R - 1) q e with the angles of R. T points from the gauge point to
 // the tip. Angles are below 0.1 rad.
+//
+//     transform of a rotary axis = move by P + E0 · R(tilt) · translation by (EX, EY, EZ) · R(EA, EB, EC) ·
+//     R(q) · move by -P
+//
+// P is a point of the axis on an ideal machine. On the work's side q, (EX, EY, EZ) and the angle about the
+// axis itself are negated. Errors are those in the directions of the machine, whatever q is.
 class KinematicChain {
 public:
     struct Settings {
@@ -35,16 +43,22 @@ public:
         PerAxis<AxisTilt> tilts;
         TiltReading reading = TiltReading::component;
         TiltDatum datum = TiltDatum::rail;
+        RotaryPlaces places{};
     };
 
     struct Tip {
         Eigen::Vector3d place;  // mu, in the work
         PositionSlopes slopes;
         PositionSlopes by_direction = PositionSlopes::Zero();  // its change with the directions of motion, mu
+        RotarySlopes by_rotary = RotarySlopes::Zero();
     };
 
     explicit KinematicChain(const Settings& s) noexcept
-        : work_(s.axes.work, s.tilts, s.reading, s.datum), tool_(s.axes.tool, s.tilts, s.reading, s.datum) {
+        : work_(s.axes.work, s.tilts, s.reading, s.datum, s.places),
+          tool_(s.axes.tool, s.tilts, s.reading, s.datum, s.places),
+          places_(s.places) {
+        rotary_ = s.axes.rotary();
+        linear_ = !rotary_;
         for (const AxisBranch& branch : {s.axes.work, s.axes.tool})
             for (const Axis axis : branch) ideal_slopes_(direction(axis), coordinate(axis)) = 1;
         end_rotation_ = work_.end_rotation().transpose() * tool_.end_rotation();
@@ -53,10 +67,23 @@ public:
 
     // In force until the next one; none at first.
     void set_error(Axis axis, const AxisError& error) noexcept {
-        errors_[static_cast<std::size_t>(coordinate(axis))] = {true, error};
+        Source& its = errors_[static_cast<std::size_t>(coordinate(axis))];
+        its = {true, error};
         linear_ = false;
+        if (rotary(axis)) {
+            if (!work_.has(axis)) return;
+            its.error.value.angles[direction(axis)] *= -1;
+            its.error.slope.angles[direction(axis)] *= -1;
+            return;
+        }
         directed_ = directed_ || !error.half.translation.isZero(0) || !error.half.angles.isZero(0);
     }
+
+    // Where A, B or C stands, in deg, until the next one.
+    void set_angle(Axis axis, double angle) noexcept {
+        angles_[static_cast<std::size_t>(direction(axis))] = angle;
+    }
+    bool has_rotary() const noexcept { return rotary_; }
 
     // Tilts alone: the tip is linear in the position.
     bool linear() const noexcept { return linear_; }
@@ -66,7 +93,13 @@ public:
     const PositionSlopes& ideal_slopes() const noexcept { return ideal_slopes_; }
 
     Eigen::Vector3d ideal_tip(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
-        return ideal_slopes_ * q + tool;
+        return rotary_ ? ideal_by_all_members(q, tool).place : Eigen::Vector3d(ideal_slopes_ * q + tool);
+    }
+
+    // With slopes.
+    Tip ideal(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+        if (rotary_) return ideal_by_all_members(q, tool);
+        return {ideal_slopes_ * q + tool, ideal_slopes_};
     }
 
     Tip tip(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
@@ -101,6 +134,8 @@ private:
         bool given = false;
         AxisError error;
     };
+    static constexpr double degree = 0.017453292519943295;  // rad
+
     // The error of an axis, at its position.
     struct Error {
         bool given = false;
@@ -112,8 +147,58 @@ private:
         Eigen::Vector3d rotation_half = Eigen::Vector3d::Zero();  // rad, ω
     };
 
+    using Errors = std::array<Error, 7>;
+
+    // On the work's side an axis turns the work the other way.
+    double sign_of(const TiltedBranch& branch) const noexcept { return &branch == &work_ ? -1 : 1; }
+
+    static Eigen::Matrix3d spun(Axis axis, double angle) noexcept {
+        return Eigen::AngleAxisd(angle * degree, Eigen::Vector3d::Unit(direction(axis))).toRotationMatrix();
+    }
+
+    // Turns a vector that A, B or C carries, by sign times its angle.
+    void spin(Axis axis, double sign, Tip& v) const noexcept {
+        const int r = direction(axis);
+        turn(spun(axis, sign * angles_[static_cast<std::size_t>(r)]), v);
+        v.by_rotary.col(r) += sign * degree * Eigen::Vector3d::Unit(r).cross(v.place);
+    }
+
+    Tip ideal_by_all_members(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
+        Tip tip = {tool, PositionSlopes::Zero()};
+        const auto pass = [&](Axis axis) {
+            if (rotary(axis)) {
+                const Eigen::Vector3d& point = places_[static_cast<std::size_t>(direction(axis))].point;
+                tip.place -= point;
+                spin(axis, 1, tip);
+                tip.place += point;
+            } else {
+                tip.place[direction(axis)] += q[coordinate(axis)];
+                tip.slopes(direction(axis), coordinate(axis)) += 1;
+            }
+        };
+        for (int i = tool_.size(); i-- > 0;) pass(tool_.axis(i));
+        for (int i = 0; i < work_.size(); ++i) pass(work_.axis(i));
+        return tip;
+    }
+
+    // The place of rotary member k, to the sum of travels: there before it turns, and back as it has turned.
+    void add_place(const TiltedBranch& branch, int k, const Errors& errors, Tip& sum) const noexcept {
+        const RotaryPlace& its = places_[static_cast<std::size_t>(direction(branch.axis(k)))];
+        Tip there = {its.point + its.error, PositionSlopes::Zero()},
+            back = {-its.point, PositionSlopes::Zero()};
+        turn_to_bed(branch, k, errors, there, Part::before);
+        turn_to_bed(branch, k, errors, back, Part::behind);
+        const double sign = sign_of(branch);
+        for (const Tip& part : {there, back}) {
+            sum.place += sign * part.place;
+            sum.slopes += sign * part.slopes;
+            sum.by_direction += sign * part.by_direction;
+            sum.by_rotary += sign * part.by_rotary;
+        }
+    }
+
     Tip by_all_members(const AxisPosition& q, const Eigen::Vector3d& tool) const noexcept {
-        const PerAxis<Error> errors = errors_at(q);
+        const Errors errors = errors_at(q);
         Tip sum = {tool, PositionSlopes::Zero()};
         turn_to_bed(tool_, tool_.size(), errors, sum);
         for (const TiltedBranch* branch : {&tool_, &work_}) {
@@ -123,21 +208,25 @@ private:
                 sum.place += travel.place;
                 sum.slopes += travel.slopes;
                 if (directed_) sum.by_direction += travel.by_direction;
+                if (!rotary_) continue;
+                sum.by_rotary += travel.by_rotary;
+                if (rotary(branch->axis(i))) add_place(*branch, i, errors, sum);
             }
         }
         turn_from_bed(work_, errors, sum);
         return sum;
     }
 
-    static const Error& of(const PerAxis<Error>& errors, Axis axis) noexcept {
+    static const Error& of(const Errors& errors, Axis axis) noexcept {
         return errors[static_cast<std::size_t>(coordinate(axis))];
     }
 
-    PerAxis<Error> errors_at(const AxisPosition& q) const noexcept {
-        PerAxis<Error> result;
+    Errors errors_at(const AxisPosition& q) const noexcept {
+        Errors result;
         for (std::size_t i = 0; i < errors_.size(); ++i) {
             if (!errors_[i].given) continue;
-            const RigidBodyError now = errors_[i].error.at(q[static_cast<Eigen::Index>(i)]);
+            const RigidBodyError now =
+                errors_[i].error.at(i < 4 ? q[static_cast<Eigen::Index>(i)] : angles_[i - 4]);
             const RigidBodyError& slope = errors_[i].error.slope;
             result[i] = {true, now.translation, slope.translation, rotation(now.angles),
                          angular_rate(now.angles, slope.angles)};
@@ -149,7 +238,12 @@ private:
     }
 
     // On the work's side too: the tip moves against the work.
-    static Tip travel_of(Axis axis, const AxisPosition& q, const PerAxis<Error>& errors) noexcept {
+    static Tip travel_of(Axis axis, const AxisPosition& q, const Errors& errors) noexcept {
+        if (rotary(axis)) {
+            Tip travel = {of(errors, axis).translation, PositionSlopes::Zero()};
+            travel.by_rotary.col(direction(axis)) = of(errors, axis).translation_slope;
+            return travel;
+        }
         const Eigen::Vector3d e = Eigen::Vector3d::Unit(direction(axis));
         Tip travel = {q[coordinate(axis)] * e + of(errors, axis).translation, PositionSlopes::Zero()};
         travel.slopes.col(coordinate(axis)) = e + of(errors, axis).translation_slope;
@@ -161,17 +255,25 @@ private:
         tip.place = (rotation * tip.place).eval();
         tip.slopes = (rotation * tip.slopes).eval();
         if (directed_) tip.by_direction = (rotation * tip.by_direction).eval();
+        if (rotary_) tip.by_rotary = (rotation * tip.by_rotary).eval();
     }
 
+    // The part of member k that a vector goes with: the guide that its tilt turns, what carries it, or what
+    // it carries.
+    enum class Part { guide, before, behind };
+
     // A vector that goes with member k, or with the end as k = size: turned as the members before it turn it.
-    void turn_to_bed(const TiltedBranch& branch, int k, const PerAxis<Error>& errors, Tip& v) const noexcept {
-        for (int i = k; i >= 0; --i) {
+    void turn_to_bed(const TiltedBranch& branch, int k, const Errors& errors, Tip& v,
+                     Part part = Part::guide) const noexcept {
+        for (int i = part == Part::before ? k - 1 : k; i >= 0; --i) {
             if (i == branch.size()) continue;
             const Error& error = of(errors, branch.axis(i));
-            if (i < k && error.given) {
+            const bool carried = i < k || part == Part::behind;
+            if (carried && rotary(branch.axis(i))) spin(branch.axis(i), sign_of(branch), v);
+            if (carried && error.given) {
                 turn(error.rotation, v);
-                v.slopes.col(coordinate(branch.axis(i))) += error.rotation_slope.cross(v.place);
-                if (directed_)
+                slope_of(branch.axis(i), v) += error.rotation_slope.cross(v.place);
+                if (directed_ && !rotary(branch.axis(i)))
                     v.by_direction.col(coordinate(branch.axis(i))) += error.rotation_half.cross(v.place);
             }
             if (branch.turns(i, k)) turn(branch.tilt(i), v);
@@ -179,21 +281,31 @@ private:
     }
 
     // A vector as the end of the branch sees it.
-    void turn_from_bed(const TiltedBranch& branch, const PerAxis<Error>& errors, Tip& v) const noexcept {
+    void turn_from_bed(const TiltedBranch& branch, const Errors& errors, Tip& v) const noexcept {
         for (int i = 0; i < branch.size(); ++i) {
             if (branch.turns(i, branch.size())) turn(branch.tilt(i).transpose(), v);
-            const Error& error = of(errors, branch.axis(i));
-            if (!error.given) continue;
-            v.slopes.col(coordinate(branch.axis(i))) -= error.rotation_slope.cross(v.place);
-            if (directed_)
-                v.by_direction.col(coordinate(branch.axis(i))) -= error.rotation_half.cross(v.place);
-            turn(error.rotation.transpose(), v);
+            const Axis axis = branch.axis(i);
+            const Error& error = of(errors, axis);
+            if (error.given) {
+                slope_of(axis, v) -= error.rotation_slope.cross(v.place);
+                if (directed_ && !rotary(axis))
+                    v.by_direction.col(coordinate(axis)) -= error.rotation_half.cross(v.place);
+                turn(error.rotation.transpose(), v);
+            }
+            if (rotary(axis)) spin(axis, -sign_of(branch), v);
         }
     }
 
+    static Eigen::Ref<Eigen::Vector3d> slope_of(Axis axis, Tip& v) noexcept {
+        return rotary(axis) ? Eigen::Ref<Eigen::Vector3d>(v.by_rotary.col(direction(axis)))
+                            : Eigen::Ref<Eigen::Vector3d>(v.slopes.col(coordinate(axis)));
+    }
+
     TiltedBranch work_, tool_;
-    PerAxis<Source> errors_;
-    bool linear_ = true, directed_ = false;
+    RotaryPlaces places_;
+    std::array<double, 3> angles_{};  // deg, of A, B and C
+    std::array<Source, 7> errors_;
+    bool linear_ = true, directed_ = false, rotary_ = false;
     PositionSlopes ideal_slopes_ = PositionSlopes::Zero();
     PositionSlopes tilted_slopes_;  // of tilts alone
     Eigen::Matrix3d end_rotation_;  // of the tool as the work sees it, of tilts alone

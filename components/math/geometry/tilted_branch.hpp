@@ -30,21 +30,35 @@ struct AxisTilt {
 template <typename T>
 using PerAxis = std::array<T, 4>;
 
-// The axes of one side of a chain, and which of them each tilt turns.
+// The place of a rotary axis: a point of it, and what the machine has beside the drawing. A, B, C in this
+// order.
+struct RotaryPlace {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();   // mu, nominal, with X, Y and Z at 0
+    Eigen::Vector3d error = Eigen::Vector3d::Zero();   // mu, (EX0, EY0, EZ0)
+    Eigen::Vector3d angles = Eigen::Vector3d::Zero();  // rad, (EA0, EB0, EC0)
+};
+using RotaryPlaces = std::array<RotaryPlace, 3>;
+
+// The axes of one side of a chain, and which of them each tilt turns. A rotary axis goes with the end, and
+// its tilt turns all that it carries.
 class TiltedBranch {
 public:
-    TiltedBranch(const AxisBranch& axes, const PerAxis<AxisTilt>& tilts, TiltReading reading,
-                 TiltDatum datum) noexcept
-        : axes_(axes) {
+    TiltedBranch(const AxisBranch& axes, const PerAxis<AxisTilt>& tilts, TiltReading reading, TiltDatum datum,
+                 const RotaryPlaces& places = {}) noexcept
+        : axes_(axes.members) {
         for (int i = 0; i < size(); ++i) {
-            const AxisTilt& tilt = tilts[static_cast<std::size_t>(coordinate(axis(i)))];
+            const bool turns_all = rotary(axis(i)) || reading == TiltReading::component;
+            const AxisTilt tilt =
+                rotary(axis(i)) ? AxisTilt{places[static_cast<std::size_t>(direction(axis(i)))].angles, true}
+                                : tilts[static_cast<std::size_t>(coordinate(axis(i)))];
             if (tilt.angles.isZero(0)) continue;
             Member& member = members_[static_cast<std::size_t>(i)];
             member.rotation = rotation(tilt.angles);
             for (int k = i; k <= size(); ++k) {
-                const bool follows = k == size()
-                                         ? tilt.end_follows
-                                         : reading == TiltReading::component || parallel(axis(i), axis(k));
+                const bool follows = k == size() ? tilt.end_follows
+                                     : k > i && rotary(axis(k))
+                                         ? turns_all || tilt.end_follows
+                                         : turns_all || k == i || parallel(axis(i), axis(k));
                 const bool replaced = datum == TiltDatum::bed && rider(i) <= k;
                 member.turns[static_cast<std::size_t>(k)] = follows && !replaced;
             }
@@ -52,6 +66,7 @@ public:
     }
 
     int size() const noexcept { return axes_.size; }
+    bool has(Axis axis) const noexcept { return std::find(axes_.begin(), axes_.end(), axis) != axes_.end(); }
     Axis axis(int i) const noexcept { return axes_.axes[static_cast<std::size_t>(i)]; }
 
     // Whether the tilt of member i turns member k, or the end as k = size.
@@ -72,7 +87,7 @@ public:
 private:
     struct Member {
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-        std::array<bool, 5> turns{};
+        std::array<bool, 8> turns{};
     };
 
     // The first member that rides on member i, parallel to it; beyond the end if there is none.
@@ -82,8 +97,8 @@ private:
         return k < size() ? k : size() + 1;
     }
 
-    AxisBranch axes_;
-    std::array<Member, 4> members_;
+    AxisList<7> axes_;
+    std::array<Member, 7> members_;
 };
 
 }  // namespace plumb

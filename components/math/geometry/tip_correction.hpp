@@ -25,6 +25,10 @@ public:
                            const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
         : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
 
+    explicit TipCorrection(const KinematicChain::Settings& settings,
+                           const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
+        : chain_(settings), origin_(chain_.tool_displacement(reference_tool)) {}
+
     KinematicChain& chain() noexcept { return chain_; }
     const KinematicChain& chain() const noexcept { return chain_; }
 
@@ -47,6 +51,7 @@ public:
         PositionSlopes slopes;                                 // dc/dt = slopes · dq/dt
         Eigen::Vector3d error;                                 // mu, of the tip without correction
         PositionSlopes by_direction = PositionSlopes::Zero();  // mu, dc/dd of the directions of motion d
+        RotarySlopes by_rotary = RotarySlopes::Zero();         // mu/deg, of A, B and C
     };
 
     // A step of Newton from a guess; for tilts it is exact from any guess. With errors of the axes a term
@@ -58,12 +63,14 @@ public:
         KinematicChain::Tip tip = chain_.tip(corrected(q, guess, share.offset), tool);
         const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
         const Eigen::Matrix3d inverse = by_offset.inverse();
-        const Eigen::Vector3d rest = tip.place - chain_.ideal_tip(q, tool) - origin_;
+        const KinematicChain::Tip ideal = chain_.ideal(q, tool);
+        const Eigen::Vector3d rest = tip.place - ideal.place - origin_;
         const Eigen::Vector3d error = rest - by_offset * guess - tip.slopes.col(3) * share.offset;
         if (chain_.directed()) tip.by_direction.col(3) += tip.slopes.col(3) * share.by_direction;
         tip.slopes.col(3) *= 1 + share.slope;
-        Correction c{guess - inverse * rest, inverse * (chain_.ideal_slopes() - tip.slopes), error};
+        Correction c{guess - inverse * rest, inverse * (ideal.slopes - tip.slopes), error};
         if (chain_.directed()) c.by_direction = -inverse * tip.by_direction;
+        if (chain_.has_rotary()) c.by_rotary = inverse * (ideal.by_rotary - tip.by_rotary);
         return c;
     }
 
@@ -71,7 +78,11 @@ public:
     AxisPosition un_corrected(const AxisPosition& corrected, const Eigen::Vector3d& tool) const noexcept {
         const Eigen::Vector3d place = chain_.tip(corrected, tool).place - origin_;
         AxisPosition q = corrected;
-        q.head<3>() += place - chain_.ideal_tip(corrected, tool);
+        const KinematicChain::Tip ideal = chain_.ideal(corrected, tool);
+        if (!chain_.has_rotary())
+            q.head<3>() += place - ideal.place;
+        else
+            q.head<3>() += ideal.slopes.leftCols<3>().inverse() * (place - ideal.place);
         return q;
     }
 
