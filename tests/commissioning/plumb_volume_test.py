@@ -154,7 +154,7 @@ class Volume(unittest.TestCase):
         self.write("edge.csv", "\n".join(rows) + "\n")
         output = self.run_volume("straightedge", "edge.csv", "--error", "EYX", "--u", "0.5um", "--output", "x.csv")
         self.assertIn("Straightness EYX: 9.00 um, U of each value 0.71 um", output)
-        self.assertTrue(self.read("x.csv").startswith("# u: EYX 0.000353553391\nX,EYX\n0,0.0055\n"))
+        self.assertRegex(self.read("x.csv"), r"\A# date: 20\d\d-\d\d-\d\d\n# u: EYX 0\.000353553391\nX,EYX\n0,0\.0055\n")
         self.assertIn("'EXX' is no straightness", self.refused("straightedge", "edge.csv", "--error", "EXX", "--u", "1um"))
 
     def test_a_bore_and_a_boss_need_the_pre_travel(self):
@@ -167,15 +167,15 @@ class Volume(unittest.TestCase):
         self.write("x.comp", "0 0 0.01\n100 -0.002 0.008\n200 -0.004 0.006\n")
         output = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--type", "1", "--output", "x.csv")
         self.assertIn("At 200 mm, reached in + direction, X stands 4.00 um beyond its nominal place, towards its + end.", " ".join(output.split()))
-        self.assertTrue(self.read("x.csv").startswith("# imported from linuxcnc\nX,EXX+,EXX-\n0,0,-0.01\n100,0.002,-0.008\n"))
+        self.assertRegex(self.read("x.csv"), r"\A# imported from linuxcnc\n# date: 20\d\d-\d\d-\d\d\nX,EXX\+,EXX-\n0,0,-0\.01\n100,0\.002,-0\.008\n")
         self.run_volume("export", "--to", "linuxcnc", "x.csv", "--axis", "X", "--type", "1", "--output", "back.comp")
         self.assertEqual([[float(word) for word in line.split()] for line in self.read("back.comp").splitlines()], [[0, 0, 0.01], [100, -0.002, 0.008], [200, -0.004, 0.006]])
         self.run_volume("export", "--to", "rtl", "x.csv", "--axis", "X", "--output", "x.rtl")
         self.run_volume("import", "--from", "rtl", "x.rtl", "--axis", "X", "--output", "again.csv")
-        self.assertEqual(self.read("again.csv").splitlines()[1:5], self.read("x.csv").splitlines()[1:5])
+        self.assertEqual(self.read("again.csv").splitlines()[2:6], self.read("x.csv").splitlines()[2:6])
         zeroed = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--output", "zero.csv", "--zero", "0", "--negate")
         self.assertIn("Written: zero.csv", zeroed)
-        self.assertEqual(self.read("zero.csv").splitlines()[2], "0,-0.005,0.005")
+        self.assertEqual(self.read("zero.csv").splitlines()[3], "0,-0.005,0.005")
 
     def test_wrong_files_write_nothing(self):
         self.write("bad.comp", "0 0 0\n100 0\n")
@@ -238,6 +238,49 @@ class Volume(unittest.TestCase):
         tilt = self.sure_of("--tilt", "EC0Y=1urad,u=1urad,drift=4urad,date=2024-01-01", "--today", "2026-01-01")
         self.assertAlmostEqual(tilt["U"], 2 * 0.0006 * math.hypot(1, 4 * 731 / 365.25), delta=2e-4)
         self.assertEqual(tilt["notes"][0]["first"], 731)
+
+    def test_tables_have_the_date_of_their_measurement(self):
+        self.write("x.comp", "0 0 0.01\n800 0 0.01\n")
+        os.utime(os.path.join(self.folder, "x.comp"), (1768000000, 1768000000))  # 2026-01-09
+        output = " ".join(self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--output", "x.csv").split())
+        self.assertIn("# date: 2026-01-0", self.read("x.csv"))
+        self.assertIn("Date: 2026-01-0", output)
+        self.assertIn("of the last change of the file. If the axis was measured earlier, give --date.", output)
+        output = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--output", "x.csv", "--date", "2025-06-30")
+        self.assertIn("# date: 2025-06-30\n", self.read("x.csv"))
+        self.assertNotIn("Date:", output)
+        self.assertEqual([its["kind"] for its in self.sure_of("--table", "x.csv", "--today", "2028-01-01")["notes"]], ["old", "no-u", "no-u"])
+        self.assertIn("--date: 'June' is no date", self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--date", "June"))
+        self.run_volume("reversal", self.readings(), "--axis", "X", "--output", "r.csv", "--date", "2025-07-01", "--reading-u", "0.1um")
+        self.assertIn("# date: 2025-07-01\n", self.read("r.csv"))
+        self.run_volume("reversal", "readings.csv", "--axis", "X", "--into", "x.csv", "--output", "both.csv", "--reading-u", "0.1um")
+        self.assertIn("# date: 2025-06-30\n", self.read("both.csv"))  # as old as its older part
+
+    def test_an_unknown_direction_adds_half_of_the_lost_motion(self):
+        self.write("x.csv", "# u: EXX 0, EXX+ 0.0001\nX,EXX+,EXX-\n0,-0.004,0.004\n800,-0.005,0.005\n# end, 2 rows\n")
+        found = self.sure_of("--table", "x.csv")
+        self.assertAlmostEqual(found["unknown_direction"], 0.005, 6)
+        self.assertLess(found["rest"], 1e-6)
+        places = {tuple(its["at"]): its["unknown_direction"] for its in found["places"]}
+        self.assertAlmostEqual(places[0, 0, 0], 0.004, 6)
+        output = " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split())
+        self.assertRegex(output, r"While a direction of motion is not known: \+- 5\.\d um, with up to 5\.0 um of lost motion\.")
+        self.write("y.csv", "# u: EYY 0.0001\nY,EYY\n0,0\n600,0\n# end, 2 rows\n")
+        self.assertNotIn("direction of motion is not known", self.run_volume(*self.COLUMN, "--table", "y.csv"))
+
+    def test_a_fast_circle_is_foretold(self):
+        output = " ".join(self.run_volume("turn", "--lost-motion", "10um", "--feed", "3000", "--radius", "50", "--allowed", "2um").split())
+        self.assertIn("F3000 on R50 keeps 4.69 um of the lost motion of 10.00 um", output)
+        self.assertIn("G: 10.00 um without correction, 4.69 um with it.", output)
+        self.assertNotIn("comes late", output)
+        self.assertRegex(output, r"R25 F\d+ R50 F\d+ R100 F\d+")
+        self.assertIn("The turn comes late", self.run_volume("turn", "--lost-motion", "10um", "--feed", "5000", "--radius", "25"))
+        self.assertEqual(volume("turn", "--lost-motion", "10um", "--feed", "3000", cwd=self.folder)[0], 2)
+        self.assertIn("is not from 0 to 200 um", self.refused("turn", "--lost-motion", "1mm"))
+
+    def test_a_table_of_a_rotary_axis_is_refused(self):
+        self.write("c.csv", "C,EXC\n0,0\n360,0\n# end, 2 rows\n")
+        self.assertIn("c.csv: line 1: plumb volume takes no table of a rotary axis", self.refused(*self.COLUMN, "--table", "c.csv"))
 
     def test_a_table_of_another_temperature_is_less_sure(self):
         self.dated("# temperature: 20 degC\n")

@@ -25,6 +25,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/geometry/box_diagonals.hpp"
 #include "components/math/geometry/circle_test.hpp"
+#include "components/math/geometry/circle_turn.hpp"
 #include "components/math/geometry/straightedge.hpp"
 #include "hal/command_line.hpp"
 #include "hal/markup.hpp"
@@ -52,11 +53,11 @@ void say(const std::string& text) {
 }
 
 void check_axis(const std::string& axis) {
-    if (axis.size() != 1 || error_table_file::axes.find(axis[0]) == std::string_view::npos)
+    if (axis.size() != 1 || error_table_file::linear_axes.find(axis[0]) == std::string_view::npos)
         throw std::invalid_argument("--axis: " + csv::quoted(axis) + " is none of X Y Z U V W");
 }
 std::string scale_error(const std::string& axis) {
-    return std::string("E") + "XYZ"[error_table_file::axes.find(axis[0]) % 3] + axis;
+    return std::string("E") + "XYZ"[error_table_file::linear_axes.find(axis[0]) % 3] + axis;
 }
 
 void put(const std::string& file, const std::string& text) {
@@ -70,8 +71,11 @@ void put(const std::string& file, const std::string& text) {
 
 // --- reversal ---
 
+constexpr double reversal_distance = 0.0005,
+                 reversal_acceleration = 125;  // mm, mm/s2: defaults of squareness
+
 struct ReversalOptions {
-    std::string file, axis, own, reading, output, into, ini;
+    std::string file, axis, own, reading, output, into, ini, date = date_of_today();
     bool scale = false, recording = false, json = false;
     int places = 7;
 };
@@ -102,8 +106,8 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
     const std::string error = scale_error(its.axis);
     std::string head = "# u: " + error + "+ " + csv::decimal(u) + '\n';
     if (its.scale) head += "# u: " + error + ' ' + csv::decimal(u) + '\n';
-    return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, head)
-                            : table_with_reversal(its.into, its.axis[0], error, rows, head);
+    return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, date_line(its.date) + head)
+                            : table_with_reversal(its.into, its.axis[0], error, rows, head, its.date);
 }
 
 int reversal(const ReversalOptions& its) {
@@ -146,6 +150,10 @@ int reversal(const ReversalOptions& its) {
                 its.axis + " moves to its + end, and that up is the reading after motion to the + end.");
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
+        const CircleTurn turn{most, reversal_distance, reversal_acceleration};
+        say(formatted("On a circle of R50 this leaves %.1f um at F1000 and %.1f um at F3000 where ",
+                      turn.kept(1000 / 60.0, 50) * 1000, turn.kept(3000 / 60.0, 50) * 1000) +
+            its.axis + " turns, with the defaults of squareness; plumb volume turn computes others.");
         say("Test move: with the table in force, move " + its.axis +
             " to a place from either side. The indicator reads the same within U.");
     }
@@ -153,6 +161,41 @@ int reversal(const ReversalOptions& its) {
         write_file(its.output, table);
     else if (!table.empty())
         put(its.output, table);
+    return 0;
+}
+
+// --- turn ---
+
+struct TurnOptions {
+    std::string lost, distance, allowed;
+    double acceleration = reversal_acceleration, feed = 0, radius = 0;
+};
+
+int turn(const TurnOptions& its) {
+    const CircleTurn turn{length("--lost-motion", its.lost),
+                          length("--distance", its.distance, reversal_distance), its.acceleration};
+    if (!(turn.lost >= 0 && turn.lost <= 0.2))
+        throw std::invalid_argument("--lost-motion is not from 0 to 200 um");
+    const double allowed = length("--allowed", its.allowed, turn.lost / 4);
+    if (its.feed > 0) {
+        const double kept = turn.kept(its.feed / 60, its.radius);
+        std::cout << formatted(
+                         "F%g on R%g keeps %s of the lost motion of %s where the axis turns, outwards.\n",
+                         its.feed, its.radius, um(kept).c_str(), um(turn.lost).c_str())
+                  << "Circular deviation G: " << um(turn.lost) << " without correction, " << um(kept)
+                  << " with it.\n";
+        if (its.feed * its.feed / 3600 / its.radius > its.acceleration / 2)
+            say("The turn comes late: the square of the speed over the radius is above half of "
+                "reversal-acceleration. The largest "
+                "distance from the mean circle can be more than without correction, over a short arc. Finish "
+                "this circle slower, or "
+                "raise reversal-acceleration with offset-acceleration of the stages.");
+    }
+    std::cout << "Largest feed for at most " << um(allowed) << ", mm/min:\n";
+    for (const double radius : {10.0, 25.0, 50.0, 100.0, 150.0})
+        std::cout << formatted("  R%-5g F%.0f\n", radius, std::floor(turn.speed_for(allowed, radius) * 60));
+    say("For a drive that follows at once: corrected-velocity as its feed-forward. A drive that lags by 33 "
+        "ms keeps up to twice as much.");
     return 0;
 }
 
@@ -202,7 +245,8 @@ int circle(const CircleOptions& its) {
                      {"G_b", r.g_both},
                      {"F_most", r.f_most},
                      {"F_least", r.f_least}});
-        for (const CircularPath& path : paths) {  // deg, and mm beyond the nominal circle about its own centre
+        for (const CircularPath& path :
+             paths) {  // deg, and mm beyond the nominal circle about its own centre
             nlohmann::ordered_json points;
             for (std::size_t i = 0; i < path.angles.size(); ++i) {
                 const double t = path.angles[i];
@@ -275,14 +319,14 @@ int diagonals(const DiagonalOptions& its) {
 // --- straightedge, block ---
 
 struct StraightedgeOptions {
-    std::string file, error, u, output;
+    std::string file, error, u, output, date = date_of_today();
 };
 
 int straightedge(const StraightedgeOptions& its) {
     const std::string& e = its.error;
     if (e.size() != 3 || e[0] != 'E' || std::string("XYZ").find(e[1]) == std::string::npos ||
-        error_table_file::axes.find(e[2]) == std::string_view::npos ||
-        error_table_file::axes.find(e[2]) % 3 == error_table_file::axes.find(e[1]))
+        error_table_file::linear_axes.find(e[2]) == std::string_view::npos ||
+        error_table_file::linear_axes.find(e[2]) % 3 == error_table_file::linear_axes.find(e[1]))
         throw std::invalid_argument("--error: " + csv::quoted(e) + " is no straightness, as EYX");
     const double u = length("--u", its.u);
     std::vector<double> positions, before, turned;
@@ -301,8 +345,9 @@ int straightedge(const StraightedgeOptions& its) {
     for (std::size_t i = 0; i < positions.size(); ++i)
         rows.push_back({positions[i], r.errors[i], r.errors[i]});
     put(its.output,
-        direction_rows::table_text(e[2], e, rows,
-                                   u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : ""));
+        direction_rows::table_text(
+            e[2], e, rows,
+            date_line(its.date) + (u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : "")));
     return 0;
 }
 
@@ -335,7 +380,7 @@ int block(const BlockOptions& its) {
 // --- files of others ---
 
 struct FileOptions {
-    std::string kind, file, axis, output, unit = "mm";
+    std::string kind, file, axis, output, date, unit = "mm";
     int type = 1;
     std::optional<double> zero;
     bool negate = false;
@@ -349,7 +394,8 @@ int import(const FileOptions& its) {
     check_axis(its.axis);
     const std::string text = csv::text_of(its.file), error = scale_error(its.axis);
     DirectionRows rows;
-    std::string head = "# imported from " + its.kind + '\n';
+    const std::string date = its.date.empty() ? date_of_file(its.file) : its.date;
+    std::string head = "# imported from " + its.kind + '\n' + date_line(date);
     if (its.kind == "linuxcnc") {
         rows = comp_file::read(its.file, text, its.type, millimetres(its));
     } else {
@@ -385,6 +431,11 @@ int import(const FileOptions& its) {
                         " end. Check it with a laser or a gauge block: move there without "
                         "correction; if the error has the other sign, import with --negate.")
         << '\n';
+    if (its.date.empty() && !date.empty())
+        out << hal::wrapped(
+                   "Date: " + date +
+                   ", of the last change of the file. If the axis was measured earlier, give --date.")
+            << '\n';
     if (its.kind == "linuxcnc")
         out << hal::wrapped(
                    "Delete COMP_FILE and BACKLASH of this joint from the INI file before the table is in "
@@ -426,10 +477,11 @@ nlohmann::ordered_json table_json(const UncertainTable& table) {
             rows.push_back({table.mean[i].position, mean + half, mean - half});
         }
         const auto u = table.u.find(directed && table.u.count(error) == 0 ? column : error);
-        json[error] = {{"unit", e < 3 ? "mm" : "rad"},
-                       {"directed", directed},
-                       {"u", u == table.u.end() ? nlohmann::ordered_json() : nlohmann::ordered_json(u->second)},
-                       {"rows", rows}};
+        json[error] = {
+            {"unit", e < 3 ? "mm" : "rad"},
+            {"directed", directed},
+            {"u", u == table.u.end() ? nlohmann::ordered_json() : nlohmann::ordered_json(u->second)},
+            {"rows", rows}};
     }
     return json;
 }
@@ -453,7 +505,8 @@ void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
         say("The steps fit the machine without correction at " + std::to_string(before) +
             " and with correction at " + std::to_string(after) + " of " + std::to_string(one.steps.size()) +
             " places, within U. The laser's own uncertainty is not in this U. Not seen: errors across the "
-            "diagonal. The alignment of laser and mirror enters, so steps check a table, and never fill one.");
+            "diagonal. The alignment of laser and mirror enters, so steps check a table, and never fill "
+            "one.");
     }
     std::cout << '\n';
 }
@@ -465,7 +518,11 @@ int uncertainty(const VolumeOptions& its) {
     const PlaceUncertainty& worst = r.places[r.worst];
     const VolumePlace& place = question.places[r.worst];
     double rest = 0;
-    for (const PlaceUncertainty& one : r.places) rest = std::max(rest, one.rest.norm());
+    double unknown = 0;
+    for (const PlaceUncertainty& one : r.places) {
+        rest = std::max(rest, one.rest.norm());
+        unknown = std::max(unknown, one.unknown);
+    }
     const bool known = question.without.empty();
     const std::vector<DiagonalState> diagonals = diagonals_of(question, its);
     if (its.json) {
@@ -475,6 +532,7 @@ int uncertainty(const VolumeOptions& its) {
             {"rest", rest},
             {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
             {"over", worst.distance},
+            {"unknown_direction", unknown},
             {"tool", place.name},
             {"worst_at", {place.position[0], place.position[1], place.position[2]}},
             {"without_u", question.without}};
@@ -485,7 +543,8 @@ int uncertainty(const VolumeOptions& its) {
                                       {"tool", question.places[i].name},
                                       {"U", r.places[i].U},
                                       {"U_axis", {b[0], b[1], b[2]}},
-                                      {"rest", r.places[i].rest.norm()}});
+                                      {"rest", r.places[i].rest.norm()},
+                                      {"unknown_direction", r.places[i].unknown}});
         }
         for (const Share& share : r.shares)
             json["shares"].push_back({{"of", share.name}, {"part", share.part}});
@@ -505,7 +564,8 @@ int uncertainty(const VolumeOptions& its) {
                                          {"steps", steps}});
         }
         json["tables"] = nlohmann::ordered_json::object();
-        for (const UncertainTable& table : question.tables) json["tables"][std::string(1, table.axis)] = table_json(table);
+        for (const UncertainTable& table : question.tables)
+            json["tables"][std::string(1, table.axis)] = table_json(table);
         json["notes"] = nlohmann::ordered_json::array();
         for (const VolumeQuestion::Note& note : question.notes)
             json["notes"].push_back({{"kind", note.kind},
@@ -543,6 +603,13 @@ int uncertainty(const VolumeOptions& its) {
         say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
             " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at +
             '.');
+    if (unknown > 0)
+        say(known ? formatted("While a direction of motion is not known: +- %.1f um, with up to %.1f um of "
+                              "lost motion. This ends when each axis "
+                              "has moved by its lost motion after the start, and after machine on.",
+                              (worst.U + unknown) * 1000, unknown * 1000)
+                  : formatted("While a direction of motion is not known, up to %.1f um of lost motion add.",
+                              unknown * 1000));
     for (const VolumeQuestion::Note& note : question.notes) say(note.text);
     say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of "
         "the work, contour "
@@ -572,7 +639,24 @@ static int carry_out(int argc, char** argv) {
     reversing->add_option("--output", r.output, "Writes the table into this file.");
     reversing->add_option("--into", r.into, "A table of the axis that the result is put into.");
     reversing->add_option("--ini", r.ini, "Refuses an axis that this INI file of LinuxCNC compensates.");
+    reversing->add_option("--date", r.date, "Date of the measurement; default: today.");
     reversing->add_flag("--json", r.json, "Prints JSON.");
+
+    TurnOptions t;
+    CLI::App* const turning =
+        app.add_subcommand("turn", "Predicts what a circle keeps of lost motion, and the largest feed.");
+    turning->add_option("--lost-motion", t.lost, "Lost motion, as 10um.")->required();
+    CLI::Option* const feed =
+        turning->add_option("--feed", t.feed, "Feed, mm/min.")->check(CLI::Range(1.0, 1e6));
+    CLI::Option* const radius =
+        turning->add_option("--radius", t.radius, "Radius, mm.")->check(CLI::Range(0.1, 1e5));
+    feed->needs(radius);
+    radius->needs(feed);
+    turning->add_option("--acceleration", t.acceleration, "reversal-acceleration, mm/s2; default: 125.")
+        ->check(CLI::Range(0.001, 1e5));
+    turning->add_option("--distance", t.distance, "reversal-distance, as 0.5um, the default.");
+    turning->add_option("--allowed", t.allowed,
+                        "Deviation that is acceptable, as 2um; default: a quarter of the lost motion.");
 
     CircleOptions c;
     CLI::App* const circling = app.add_subcommand("circle", "Separates the errors that a ballbar shows.");
@@ -600,6 +684,7 @@ static int carry_out(int argc, char** argv) {
     edge->add_option("READINGS", s.file, "Readings, as CSV.")->required();
     edge->add_option("--error", s.error, "The error, as EYX.")->required();
     edge->add_option("--u", s.u, "Standard uncertainty of a reading, as 0.5um.")->required();
+    edge->add_option("--date", s.date, "Date of the measurement; default: today.");
     edge->add_option("--output", s.output, "Writes the table into this file.");
 
     BlockOptions b;
@@ -625,6 +710,8 @@ static int carry_out(int argc, char** argv) {
     };
     CLI::App* const importing = app.add_subcommand("import", "Makes a table from a file of another control.");
     importing->add_option("FILE", f.file, "The file.")->required();
+    importing->add_option("--date", f.date,
+                          "Date of the measurement; default: of the last change of the file.");
     importing->add_option("--from", f.kind, "linuxcnc or rtl.")
         ->required()
         ->check(CLI::IsMember({"linuxcnc", "rtl"}));
@@ -644,16 +731,20 @@ static int carry_out(int argc, char** argv) {
                      "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
     sure->add_option("--tool", v.tools,
                      "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
-    sure->add_option("--tilt", v.tilts, "A tilt in force, as EC0Y=-80urad,u=4urad,drift=2urad,date=2026-11-20; drift is u for a year. "
-                     "May be given many times.");
+    sure->add_option(
+        "--tilt", v.tilts,
+        "A tilt in force, as EC0Y=-80urad,u=4urad,drift=2urad,date=2026-11-20; drift is u for a year. "
+        "May be given many times.");
     sure->add_option("--common", v.commons, "One cause of several angles, as NAME,EC0Y=1,EC0X=0.5,u=3urad.");
     sure->add_option("--table", v.tables, "A table in force. May be given many times.");
     sure->add_option("--repeatability", v.repeatability, "Of an axis, as X=0.5um. May be given many times.");
     sure->add_option("--tool-u", v.tool_u, "Standard uncertainty of the length of the tool.");
     sure->add_option("--pivot", v.pivots, "Pivot of an axis, as Y=300. May be given many times.");
-    sure->add_option("--today", v.today, "Date, as 2026-11-26, for the age of tables; default: of the clock.");
+    sure->add_option("--today", v.today,
+                     "Date, as 2026-11-26, for the age of tables; default: of the clock.");
     sure->add_option("--temperature", v.temperature, "Temperature of the machine now, as 24degC.");
-    sure->add_option("--steps", v.steps, "Steps of a laser along a diagonal, as PPP=steps.csv. May be given many times.");
+    sure->add_option("--steps", v.steps,
+                     "Steps of a laser along a diagonal, as PPP=steps.csv. May be given many times.");
     sure->add_option("--max-correction", v.max_correction, "Bound of the correction in force, mm.");
     sure->add_option("--draws", v.draws, "Machines that are drawn.")->check(CLI::Range(100, 100000));
     sure->add_option("--seed", v.seed, "Seed of the draws.")->check(CLI::Range(0, 2147483647));
@@ -662,6 +753,7 @@ static int carry_out(int argc, char** argv) {
     plumb::hal::begin_command_line(app, volume_page);
     return plumb::hal::carry_out(app, argc, argv, [&] {
         if (*reversing) return reversal(r);
+        if (*turning) return turn(t);
         if (*circling) return circle(c);
         if (*diagonal) return diagonals(d);
         if (*edge) return straightedge(s);

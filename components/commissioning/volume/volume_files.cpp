@@ -218,15 +218,13 @@ std::vector<DiagonalStep> read_steps(const std::string& file) {
             columns.refuse(columns.lines[i], "column deviation: " + csv::decimal(steps[i].deviation) +
                                                  " is beyond 10 mm; is it in mm?");
         if (!(steps[i].distance > (i == 0 ? 0 : steps[i - 1].distance)))
-            columns.refuse(columns.lines[i], "column distance: " + csv::decimal(steps[i].distance) +
-                                                 " does not rise");
+            columns.refuse(columns.lines[i],
+                           "column distance: " + csv::decimal(steps[i].distance) + " does not rise");
     }
     return steps;
 }
 
 namespace {
-
-constexpr std::string_view axes = "XYZUVW";
 
 // NAME VALUE [per AXIS], ...
 void read_u(UncertainTable& table, const std::string& file, const std::string& name, std::string_view text) {
@@ -296,10 +294,12 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
             }
             const auto fields = csv::split_at_commas(lines[i]);
             const auto is_axis = [](std::string_view field) {
-                return field.size() == 1 && axes.find(field[0]) != std::string_view::npos;
+                return field.size() == 1 && error_table_file::axes.find(field[0]) != std::string_view::npos;
             };
             const auto axis = std::find_if(fields.begin(), fields.end(), is_axis);
             if (axis != fields.end()) {
+                if (error_table_file::is_rotary((*axis)[0]))
+                    lines.refuse(i, "plumb volume takes no table of a rotary axis");
                 names.assign(fields.begin(), fields.end());
                 tables.push_back({});
                 tables.back().axis = (*axis)[0];

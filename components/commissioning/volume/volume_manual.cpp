@@ -6,7 +6,7 @@ namespace plumb::commissioning {
 hal::CommandPage volume_page() {
     return {
         "plumb-volume",
-        "reversal|circle|diagonals|straightedge|block|import|export|uncertainty [FILES] [options]",
+        "reversal|turn|circle|diagonals|straightedge|block|import|export|uncertainty [FILES] [options]",
         {{"DESCRIPTION",
           R"(plumb volume measures the errors of axes that squareness(9) corrects by tables, reads and writes tables of other
 controls, and states how sure the whole is. Errors are actual minus nominal, in mm and rad, never corrections. Each command states
@@ -31,6 +31,11 @@ puts the result into a table that the axis has already.
 
 BACKLASH and COMP_FILE of LinuxCNC correct the same error. Delete their lines before you use the table. --ini refuses a table
 beside them.)"},
+         {"TURN",
+          R"(plumb volume turn --lost-motion 10um --feed 3000 --radius 50 predicts, before the cut, what a corrected circle keeps where an
+axis turns: the correction needs some milliseconds for its way. It prints the largest feed at which --allowed 2um is kept, by
+radius. --acceleration is reversal-acceleration of squareness, --distance its reversal-distance. The circular deviation G with the
+correction is never above the one without; the largest distance from the mean circle is, where the turn comes late.)"},
          {"CIRCLE",
           R"(plumb volume circle CCW.csv CW.csv reads paths of a ballbar after ISO 230-4: lines angle,radius in deg and mm, below a
 head:
@@ -62,7 +67,7 @@ B from its own pre-travel, which an axis with a scale at the load shows.)"},
           R"(plumb volume import --from linuxcnc FILE --axis X --type 1 prints the table that a COMP_FILE of LinuxCNC describes, and the
 sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target, odd runs rising. --zero POS
 shifts the table to 0 there, --negate turns its sign. --unit inch is for a COMP_FILE of an inch machine. --output writes the
-table. A bad line is refused with file, line and reason, and nothing is written.
+table. Its date is --date, or the date of the file. A bad line is refused with file, line and reason, and nothing is written.
 
 plumb volume export --to linuxcnc TABLE --axis X --type 1 writes a COMP_FILE, --to rtl an .rtl file. They hold the scale
 EXX of one axis only, in both directions.)"},
@@ -86,9 +91,12 @@ A measurement ages. The head of a table may state its date, how long it is valid
   # valid-for: 365 d
   # drift: EXX 2e-6 per X
 
-An older table is named, and without a drift the uncertainty is unknown. Without a date, or if the clock is not set, valid-for
+reversal and straightedge write the date of today, or --date. An older table is named, and without a drift the uncertainty is unknown. Without a date, or if the clock is not set, valid-for
 counts as the age. --tilt takes drift=2urad and date=2026-11-20. With --temperature 26degC a table that was measured more than 5 K
 off is named, and the growth of a steel screw, 11.5 um/m for each K, is added. --pivot Y=300 is the pivot in force.
+
+Direction columns correct nothing while the direction of an axis is not known: from the start, and after machine on, until the axis
+has moved by its lost motion. The report states how much that adds.
 
 The report ends with the four body diagonals, before and after correction, as predicted. --steps PPP=steps.csv compares the
 steps of a laser along a diagonal with the prediction: columns distance,deviation in mm, measured minus nominal. Steps check the

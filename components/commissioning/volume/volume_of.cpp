@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include <sys/stat.h>
+
 #include "components/commissioning/quantity_text.hpp"
 #include "components/commissioning/volume/volume_files.hpp"
 #include "components/io/files/csv.hpp"
@@ -62,17 +64,17 @@ std::pair<std::string, std::string> halves(const std::string& option, std::strin
 std::optional<int> days_of(std::string_view date) {
     int y = 0, m = 0, d = 0;
     char rest = 0;
-    if (std::sscanf(std::string(date).c_str(), "%4d-%2d-%2d%c", &y, &m, &d, &rest) != 3 || y < 1970 || m < 1 ||
-        m > 12 || d < 1 || d > 31)
+    if (std::sscanf(std::string(date).c_str(), "%4d-%2d-%2d%c", &y, &m, &d, &rest) != 3 || y < 1970 ||
+        m < 1 || m > 12 || d < 1 || d > 31)
         return {};
     y -= m <= 2;  // of years that begin in March
     const int in_era = y % 400, day = (153 * (m > 2 ? m - 3 : m + 9) + 2) / 5 + d - 1;
     return y / 400 * 146097 + in_era * 365 + in_era / 4 - in_era / 100 + day - 719468;
 }
 
-constexpr double year = 365.25;        // days
-constexpr double allowed_kelvin = 5;   // K, between measurement and use
-constexpr double steel = 11.5e-6;      // 1/K, of a screw
+constexpr double year = 365.25;       // days
+constexpr double allowed_kelvin = 5;  // K, between measurement and use
+constexpr double steel = 11.5e-6;     // 1/K, of a screw
 
 // The age in days of a measurement; none if it has no date, or the clock is not set.
 std::optional<double> age_of(const VolumeOptions& options, const std::string& date) {
@@ -91,16 +93,20 @@ std::optional<double> age_of(const VolumeOptions& options, const std::string& da
 
 // A measurement ages: the machine drifts, and its temperature changes. `add` adds a common cause by its
 // standard uncertainty: a constant, and one per mm of the position.
-void add_age(const VolumeOptions& options, const UncertainTable& table, VolumeQuestion& q,
-             const std::function<void(const std::string& name, const std::string& error, double, double)>& add) {
+void add_age(
+    const VolumeOptions& options, const UncertainTable& table, VolumeQuestion& q,
+    const std::function<void(const std::string& name, const std::string& error, double, double)>& add) {
     const std::string letter(1, table.axis), its = "The table of " + letter + " in " + table.file;
     const std::optional<double> age = age_of(options, table.date);
     const double counted = age ? *age : table.valid_for;
     const bool old = age && *age > table.valid_for;
     if (!age && (!table.drift.empty() || !table.date.empty()))
-        q.notes.push_back({"age-unknown", letter, table.valid_for, 0,
-                           its + (table.date.empty() ? " has no date" : " is of " + table.date + ", and the clock shows no later date") +
-                               ": its age is unknown, and counts as " + csv::decimal(table.valid_for) + " days."});
+        q.notes.push_back(
+            {"age-unknown", letter, table.valid_for, 0,
+             its +
+                 (table.date.empty() ? " has no date"
+                                     : " is of " + table.date + ", and the clock shows no later date") +
+                 ": its age is unknown, and counts as " + csv::decimal(table.valid_for) + " days."});
     if (old)
         q.notes.push_back({"old", letter, *age, table.valid_for,
                            its + " is " + csv::decimal(*age) + " days old, and valid for " +
@@ -119,8 +125,10 @@ void add_age(const VolumeOptions& options, const UncertainTable& table, VolumeQu
     if (std::abs(off) <= allowed_kelvin) return;
     q.notes.push_back({"temperature", letter, *table.temperature, *now,
                        its + " was measured at " + csv::decimal(*table.temperature) + " degC, and it is " +
-                           csv::decimal(*now) + " degC: the growth of a steel screw is added. Measure again."});
-    const std::string scale = std::string("E") + "XYZ"[std::string_view("XYZUVW").find(table.axis) % 3] + letter;
+                           csv::decimal(*now) +
+                           " degC: the growth of a steel screw is added. Measure again."});
+    const std::string scale =
+        std::string("E") + "XYZ"[std::string_view("XYZUVW").find(table.axis) % 3] + letter;
     add("temperature of " + scale, scale, 0, steel * std::abs(off));
 }
 
@@ -138,12 +146,14 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
         m.means[axis] = table.mean;
         m.halves[axis] = table.half;
         q.tables.push_back(table);
-        add_age(options, table, q, [&](const std::string& name, const std::string& error, double constant, double per) {
-            UncertaintySource source{name, {}, {}};
-            for (std::size_t row = 0; row < table.mean.size(); ++row)
-                source.rows.push_back({axis, row, error_index(error), constant + per * table.mean[row].position});
-            m.sources.push_back(source);
-        });
+        add_age(options, table, q,
+                [&](const std::string& name, const std::string& error, double constant, double per) {
+                    UncertaintySource source{name, {}, {}};
+                    for (std::size_t row = 0; row < table.mean.size(); ++row)
+                        source.rows.push_back(
+                            {axis, row, error_index(error), constant + per * table.mean[row].position});
+                    m.sources.push_back(source);
+                });
         for (const std::string& column : table.columns) {
             if (column.back() == '-') continue;
             const bool directed = column.back() == '+';
@@ -176,6 +186,31 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
 }
 
 }  // namespace
+
+namespace {
+
+std::string date_of(std::time_t time) {
+    char text[11];
+    std::tm parts{};
+    if (time / 86400 < *days_of("2025-01-01") || !localtime_r(&time, &parts)) return "";
+    return std::strftime(text, sizeof text, "%Y-%m-%d", &parts) ? text : "";
+}
+
+}  // namespace
+
+std::string date_of_today() {
+    return date_of(std::time(nullptr));
+}
+
+std::string date_of_file(const std::string& file) {
+    struct stat its {};
+    return stat(file.c_str(), &its) == 0 ? date_of(its.st_mtime) : "";
+}
+
+std::string date_line(const std::string& date) {
+    if (!date.empty() && !days_of(date)) refuse("--date", date, "is no date, as 2026-11-26");
+    return date.empty() ? "" : "# date: " + date + '\n';
+}
 
 VolumeQuestion question_of(const VolumeOptions& options) {
     VolumeQuestion q;
@@ -224,7 +259,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             q.notes.push_back({"age-unknown", name, UncertainTable{}.valid_for, 0,
                                "The age of " + name + " is unknown, and counts as a year."});
         if (drift > 0)
-            m.sources.push_back({"drift of " + name, {{its->axis, its->rotation, drift * (age ? *age / year : 1)}}, {}});
+            m.sources.push_back(
+                {"drift of " + name, {{its->axis, its->rotation, drift * (age ? *age / year : 1)}}, {}});
     }
     for (const std::string& text : options.commons) {
         UncertaintySource source;
@@ -366,7 +402,7 @@ std::vector<DiagonalState> diagonals_of(const VolumeQuestion& q, const VolumeOpt
 }
 
 std::string table_with_reversal(const std::string& file, char axis, const std::string& error,
-                                const DirectionRows& rows, const std::string& head) {
+                                const DirectionRows& rows, const std::string& head, const std::string& date) {
     std::vector<ErrorTable::Row> half;
     for (const DirectionRow& row : rows) {
         half.push_back({row.position, {}});
@@ -376,10 +412,13 @@ std::string table_with_reversal(const std::string& file, char axis, const std::s
     std::string text;
     std::size_t count = 0;
     bool found = false;
+    std::string older;
     const std::size_t e = error_index(error);
     for (const UncertainTable& table : read_uncertain_tables({file})) {
         if (table.axis != axis) throw std::runtime_error(file + ": holds a table of another axis");
         found = true;
+        if (days_of(table.date))
+            older = days_of(date) && *days_of(date) < *days_of(table.date) ? date : table.date;
         std::vector<std::string> names;
         for (const std::string& name : table.columns)
             if (name.substr(0, 3) != error) names.push_back(name);
@@ -402,7 +441,8 @@ std::string table_with_reversal(const std::string& file, char axis, const std::s
             if (name != error + '+') text = "# u: " + name + ' ' + csv::decimal(value) + '\n' + text;
     }
     if (!found) throw std::runtime_error(file + ": there is no table of " + std::string(1, axis));
-    return error_table_file::Reader::sealed(file, head + text + error_table_file::end_line(count) + '\n');
+    return error_table_file::Reader::sealed(
+        file, date_line(older) + head + text + error_table_file::end_line(count) + '\n');
 }
 
 }  // namespace plumb::commissioning

@@ -21,15 +21,22 @@ struct VolumeOptions {
     bool json = false;
 };
 
+// As 2026-11-26, of the clock; none if it is not set.
+std::string date_of_today();
+// Of the last change of a file.
+std::string date_of_file(const std::string& file);
+// The line of a table's head; none for no date. Throws std::invalid_argument if it is none.
+std::string date_line(const std::string& date);
+
 struct VolumeQuestion {
     MeasuredVolume measured;
     VolumePlace reference;
-    std::vector<VolumePlace> places;   // 27 of the box, with each tool
+    std::vector<VolumePlace> places;  // 27 of the box, with each tool
     std::array<double, 3> low{}, high{};
     std::vector<std::string> without;  // causes that have no u
     struct Note {
-        std::string kind, of;             // kind: a word for a screen
-        double first = 0, second = 0;     // days or degC, as in the text
+        std::string kind, of;          // kind: a word for a screen
+        double first = 0, second = 0;  // days or degC, as in the text
         std::string text;
     };
     std::vector<Note> notes;
@@ -59,7 +66,9 @@ std::vector<DiagonalState> diagonals_of(const VolumeQuestion& question, const Vo
 VolumeQuestion question_of(const VolumeOptions& options);
 
 // The table of the axis in a file, with the lost motion of rows in the place of the error's former columns.
+// Its date
+// is the older one, of the file or of the rows; none if the file has none.
 std::string table_with_reversal(const std::string& file, char axis, const std::string& error,
-                                const DirectionRows& rows, const std::string& head);
+                                const DirectionRows& rows, const std::string& head, const std::string& date);
 
 }  // namespace plumb::commissioning

@@ -21,6 +21,10 @@ using Directions = std::array<int, 4>;  // 1 to the + end, -1 to the - end
 // A machine that may stand at any place. The motions of its axes are read from its tables.
 class Machine {
 public:
+    bool directed() const {
+        return std::any_of(halves_.begin(), halves_.end(), [](const auto& its) { return its.has_value(); });
+    }
+
     explicit Machine(const MeasuredVolume& its) : chain_(its.chain), pivot_(its.pivot) {
         for (std::size_t i = 0; i < its.means.size(); ++i) {
             if (its.means[i].empty()) continue;
@@ -72,8 +76,23 @@ private:
     KinematicChain chain_;
     AxisPosition pivot_;
     PerAxis<std::optional<ErrorTable>> means_, halves_;
-    std::array<std::optional<Axis>, 4> axes_;
+    std::array<std::optional<Axis>, 7> axes_;
 };
+
+// The farthest that the tip is from its corrected place if squareness knows no direction of motion, and takes
+// the mean of both: half of the lost motion of each axis.
+double unknown_direction(Machine& machine, const AxisPosition& q, const Eigen::Vector3d& tool, double most) {
+    if (!machine.directed()) return 0;
+    const Eigen::Vector3d c = machine.correction(q, tool, {}, most);
+    double farthest = 0;
+    for (int bits = 0; bits < 16; ++bits) {
+        Directions d;
+        for (std::size_t i = 0; i < d.size(); ++i) d[i] = bits >> i & 1 ? 1 : -1;
+        const Eigen::Vector3d known = machine.error(q, machine.correction(q, tool, d, most), tool, tool, d);
+        farthest = std::max(farthest, (machine.error(q, c, tool, tool, d) - known).norm());
+    }
+    return farthest;
+}
 
 MeasuredVolume changed(const MeasuredVolume& from, const std::vector<double>& amounts) {
     MeasuredVolume to = from;
@@ -161,6 +180,7 @@ VolumeUncertainty uncertainty_of(const MeasuredVolume& measured, const VolumePla
         its.rest = corrected[i].rest[0] - corrected[count].rest[0];
         its.without = corrected[i].without - corrected[count].without;
         its.covariance = covariance;
+        its.unknown = unknown_direction(as_measured, corrected[i].q, all[i].tool, measured.max_correction);
         const KinematicChain ideal(measured.chain);
         its.distance = (ideal.ideal_slopes() * (corrected[i].q - corrected[count].q)).norm();
         if (result.places.empty() || its.U > result.places[result.worst].U) {

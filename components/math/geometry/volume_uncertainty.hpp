@@ -53,8 +53,9 @@ struct PlaceUncertainty {
     Eigen::Vector3d by_axis = Eigen::Vector3d::Zero();  // mm
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();     // mm, known and not corrected
     Eigen::Vector3d without = Eigen::Vector3d::Zero();  // mm, known, if nothing were corrected
+    double unknown = 0;                                 // mm, more, if no direction of motion is known there
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    double distance = 0;                                // mm, to the reference place
+    double distance = 0;  // mm, to the reference place
 };
 
 struct Share {

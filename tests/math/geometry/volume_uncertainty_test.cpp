@@ -3,7 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <random>
 
 namespace plumb {
 namespace {
@@ -32,6 +37,72 @@ TEST(VolumeUncertainty, IsThatOfTheClosedFormForTilts) {
     EXPECT_NEAR(r.places[0].distance, std::hypot(600, 500), 1e-9);
     EXPECT_EQ(r.shares[0].name, "EB0Z");
     EXPECT_NEAR(r.shares[0].part, 9.0 / (9 + 5.76), 0.01);
+}
+
+// e(q) - e(q0) = w_Y x (dy + dz) + w_Z x dz + scale: all axes, by the covariance of the causes in closed
+// form.
+TEST(VolumeUncertainty, IsWithinFivePerCentOfTheClosedFormInAllDirections) {
+    using Eigen::Vector3d;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> u_angle(1e-6, 9e-6), place(100, 800), u_scale(0.5e-6, 4e-6),
+        u_length(1e-4, 1e-3);
+    double worst = 0;
+    for (int n = 0; n < 12; ++n) {
+        MeasuredVolume m = column();
+        const VolumePlace reference{{0, 0, 0, 0}, {30, -20, -200}, ""};
+        VolumePlace there = reference;
+        there.position << place(random), place(random), -place(random), 0;
+        const Vector3d y(0, there.position.y(), 0), z(0, 0, there.position.z());
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+        const auto add = [&](const Vector3d& effect) { covariance += effect * effect.transpose(); };
+        for (int rotation = 0; rotation < 3; ++rotation) {
+            const double of_y = u_angle(random), of_z = u_angle(random);
+            m.sources.push_back({"Y", {{1, rotation, of_y}}, {}});
+            m.sources.push_back({"Z", {{2, rotation, of_z}}, {}});
+            add(of_y * Vector3d::Unit(rotation).cross(y + z));
+            add(of_z * Vector3d::Unit(rotation).cross(z));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double scale = u_scale(random);
+            UncertaintySource common{"scale", {}, {}};
+            for (std::size_t row = 0; row < 3; ++row) {
+                const double at = -1000 + 1000 * static_cast<double>(row);
+                m.means[axis].push_back({at, {}});
+                common.rows.push_back({axis, row, axis, scale * at});
+            }
+            m.sources.push_back(common);
+            const auto k = static_cast<Eigen::Index>(axis);
+            add(scale * there.position[k] * Vector3d::Unit(k));
+        }
+        UncertaintySource repeat{"repeatability", {}, {}};
+        repeat.tip.y() = u_length(random);
+        m.sources.push_back(repeat);
+        add(std::sqrt(2) * repeat.tip);
+        const PlaceUncertainty r =
+            uncertainty_of(m, reference, {there}, draws, static_cast<std::uint64_t>(n)).places[0];
+        const Vector3d expected = 2 * covariance.diagonal().cwiseSqrt();
+        for (int i = 0; i < 3; ++i) worst = std::max(worst, std::abs(r.by_axis[i] / expected[i] - 1));
+        const double U =
+            2 * std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()[2]);
+        worst = std::max(worst, std::abs(r.U / U - 1));
+    }
+    EXPECT_LT(worst, 0.05);
+    std::printf("U differs from its closed form by at most %.1f %%\n", 100 * worst);
+}
+
+// The mean of both columns is half of the lost motion off, in each axis.
+TEST(VolumeUncertainty, AnUnknownDirectionAddsHalfOfTheLostMotion) {
+    MeasuredVolume m = column();
+    const VolumePlace place{{400, 300, 0, 0}, Eigen::Vector3d::Zero(), ""};
+    EXPECT_EQ(uncertainty_of(m, {}, {place}, 100, 1).places[0].unknown, 0);
+    for (const double at : {0.0, 1000.0})
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            m.means[axis].push_back({at, {}});
+            m.halves[axis].push_back({at, {}});
+            m.halves[axis].back().errors[axis] = axis == 0 ? -0.003 : -0.004;
+        }
+    EXPECT_NEAR(uncertainty_of(m, {}, {place}, 100, 1).places[0].unknown, 0.005, 1e-6);
+    EXPECT_NEAR(uncertainty_of(m, {}, {place}, 100, 1).places[0].rest.norm(), 0, 1e-9);
 }
 
 // The common part is drawn once for all rows: drawn for each, it would shrink.
