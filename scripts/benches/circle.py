@@ -34,7 +34,7 @@ def report(outcomes):
     """The table, and whether all limits are kept."""
     rows = {f"peak {run}": [its.peaks[run] for its in outcomes] for run in RUNS}
     rows["kept by the law of the turn"] = [its.law for its in outcomes]
-    rows["G with tables"] = [its.roundness for its in outcomes]
+    rows.update({f"G {run}": [its.roundness[run] for its in outcomes] for run in RUNS})
     rows["both sides at rest, with tables"] = [its.rest for its in outcomes]
     print("\n".join(percentile_lines(f"{len(outcomes)} machines, um", rows.items(), 10, micrometres, 40)))
     peaks = [its.peaks["with tables"] <= 1.2 * its.law + 0.3 for its in outcomes]
@@ -84,7 +84,7 @@ def main():
         good = report(outcomes)
         paths = [os.path.join(options.output, name) for name in ("circles.png", "circles.svg", "machines.csv")]
         draw_circles(paths[:2], max(outcomes, key=lambda its: its.peaks["without"]))
-        header = ["seed", "plane", "feed_mm_min", "radius_mm", "peak_without_um", "peak_with_um", "law_um", "rest_um", "opening_urad", "opening_U_urad", "opening_truth_urad"]
-        write_rows(paths[2], header, ([o.machine.seed, o.machine.plane, o.machine.feed, o.machine.radius, *(f"{v:.4f}" for v in (*o.peaks.values(), o.law, o.rest, *o.ballbar["opening, urad"]))] for o in outcomes))
+        header = ["seed", "plane", "feed_mm_min", "radius_mm", "peak_without_um", "peak_with_um", "G_without_um", "G_with_um", "law_um", "rest_um", "opening_urad", "opening_U_urad", "opening_truth_urad"]
+        write_rows(paths[2], header, ([o.machine.seed, o.machine.plane, o.machine.feed, o.machine.radius, *(f"{v:.4f}" for v in (*o.peaks.values(), *o.roundness.values(), o.law, o.rest, *o.ballbar["opening, urad"]))] for o in outcomes))
         print(written_line(paths))
         sys.exit(0 if good else 1)

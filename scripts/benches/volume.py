@@ -7,15 +7,17 @@ each with its own error. squareness corrects it by these measurements in the vir
 
 import os
 import sys
+import tempfile
 
 import numpy as np
 
-from support import charts
+from support import charts, volume_files
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import micrometres, percentile_lines
 from support.recordings import write_rows
 from support.simulations import simulate_all
 from support.volume_machine import simulate
+from support.volume_methods import agreement
 
 TARGETS = "squareness plumb-squareness plumb-volume plumb-host"
 PACKAGES = "python3-matplotlib"
@@ -38,7 +40,25 @@ def report(outcomes):
     axes, all_of_them, worst = coverage(outcomes)
     print("components inside their U: " + ", ".join(f"{name} {part:.1f} %" for name, part in zip("XYZ", axes)) + f"; all {all_of_them:.1f} %")
     print(f"components inside U of the worst direction: {worst:.1f} %")
-    return 93 <= all_of_them <= 97.5
+    agree, contradict, pairs = agreement([corner for its in outcomes for corner in its.corners])
+    print(f"corners by square, diagonals, body diagonals and ballbar: {agree:.1f} % of {pairs} pairs agree within 2 u, {contradict} of contrary sign")
+    return 93 <= all_of_them <= 97.5 and agree >= 93 and contradict == 0
+
+
+def report_files(seeds):
+    with tempfile.TemporaryDirectory() as folder:
+        outcomes = [volume_files.simulate(seed, folder) for seed in seeds]
+    good = True
+    for kind, (_options, resolution) in volume_files.KINDS.items():
+        largest = max(its.differences[kind] for its in outcomes)
+        kept = largest <= 0.1 + resolution * volume_files.UM
+        good &= kept
+        print(f"{kind:18} {len(outcomes)} tables there and back: largest difference {largest:.6f} um{'' if kept else ', too much'}")
+    spoiled = [(its.seed, kind, way, ended) for its in outcomes for (kind, way), ended in its.spoiled.items()]
+    print(f"files spoiled, or told to be of the other sign: {sum(not its[3] for its in spoiled)} of {len(spoiled)} taken rightly, or refused with file and reason")
+    for seed, kind, way, ended in [its for its in spoiled if its[3]][:20]:
+        print(f"  table {seed}, {kind}, {way}: {ended.strip()}")
+    return good and not any(its[3] for its in spoiled)
 
 
 def draw_scatter(paths, outcomes):
@@ -70,12 +90,15 @@ def main():
     parser = new_parser("volume", __doc__)
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="first machine (default: 1)")
     parser.add_argument("--seeds", type=whole(1, 100000), default=40, metavar="N", help="number of drawn machines (default: 40)")
+    parser.add_argument("--files", action="store_true", help="instead: tables through the files of other controls and back, one for each seed")
     add_place(parser)
     add_output(parser, "volume")
     options = parser.parse_args()
     with errors_reported():
         make_writable(options.output)
         seeds = range(options.seed, options.seed + options.seeds)
+        if options.files:
+            sys.exit(0 if report_files(seeds) else 1)
         outcomes = simulate_all(simulate, [(seed,) for seed in seeds], len(seeds), place_of(options))
         good = report(outcomes)
         paths = [os.path.join(options.output, name) for name in ("coverage.png", "coverage.svg", "corners.csv")]

@@ -160,7 +160,7 @@ class Outcome:
     rest: float  # um, largest difference of both sides at rest, corrected, by an indicator without noise
     rest_allowed: float  # um, 0.5 and the U of the measurement
     ballbar: dict  # quantity -> (value, U, truth): in um, urad
-    roundness: float  # um, G of the corrected path, the larger one
+    roundness: dict  # run -> G, the larger one of both directions, um
 
 
 def simulate(seed, progress):
@@ -194,12 +194,13 @@ def simulate(seed, progress):
                 running.go(axis, CENTRES[axis])
         progress(1)
     plays = [max(row["lost_motion"] for row in measured[axis]["rows"]) for axis in machine.plane]
-    peaks, shown, roundness = {}, {}, 0
+    peaks, shown, roundness = {}, {}, {}
     for run in RUNS:
         shown[run] = [(angles, centred(angles, radii) * UM) for angles, radii in traces[run]]
         of_corner = machine.opening if run == "without" and machine.plane == "xy" else 0
-        peaks[run] = max(np.abs(deviation + of_corner * machine.radius * UM * np.sin(angles) * np.cos(angles)).max() for angles, deviation in shown[run])
-    roundness = max(np.ptp(deviation) for _, deviation in shown["with tables"])
+        by_play = [deviation + of_corner * machine.radius * UM * np.sin(angles) * np.cos(angles) for angles, deviation in shown[run]]
+        peaks[run] = max(np.abs(deviation).max() for deviation in by_play)
+        roundness[run] = max(np.ptp(deviation) for deviation in by_play)
     return Outcome(machine, shown, peaks, max(kept(max(play, 0), machine) for play in plays) * UM, rest, allowed, ballbar, roundness)
 
 

@@ -40,8 +40,8 @@ class Machine:
         return linear * (position - low) + quadratic * u * (1 - u) - direction * half
 
     def tip(self, position, direction):
-        """X, Y and Z of the tip in the work, the axes at a position, each having moved in a direction."""
-        x, y, z = (value + self.own(axis, value, direction) for axis, value in zip("XYZ", position))
+        """X, Y and Z of the tip in the work, the axes at a position, having moved in a direction: one for each, or of all."""
+        x, y, z = (value + self.own(axis, value, way) for axis, value, way in zip("XYZ", position, np.broadcast_to(direction, 3)))
         in_head = turned(self.tilts, "Z") @ np.array([0, 0, z - TOOL])
         return turned(self.tilts, "Y") @ (np.array([0, y, 0]) + in_head) + np.array([x, 0, 0])
 
@@ -111,15 +111,18 @@ class Outcome:
     U: np.ndarray  # um
     without: float  # um, the largest error without correction
     shares: list
+    corners: list  # by four methods
 
 
 def simulate(seed, progress):
     import plumb
+    from support.volume_methods import corners
 
     machine = draw(seed)
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         tilts, tables = measure(machine, folder)
+        by_methods = corners(machine, folder)
         box = ",".join(f"{axis}={low}:{high}" for axis, (low, high) in BOX.items())
         options = [word for name, (angle, u) in tilts.items() for word in ("--tilt", f"{name}={angle!r}rad,u={u!r}rad")]
         options += [word for table in tables for word in ("--table", table)]
@@ -152,4 +155,4 @@ def simulate(seed, progress):
             U.append(its["U"] * UM)
             without = max(without, np.linalg.norm(bare(its["at"]) - bare(reference)) * UM)
         progress(1)
-        return Outcome(seed, np.array(errors), np.array(U_axis), np.array(U), without, stated["shares"])
+        return Outcome(seed, np.array(errors), np.array(U_axis), np.array(U), without, stated["shares"], by_methods)
