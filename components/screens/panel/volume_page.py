@@ -35,19 +35,21 @@ class VolumePage(EntryPage):
     def build(self):
         self._line, self._notes = label(_("plumb volume computes ..."), "value"), label("", "warn")
         self._notes.set_no_show_all(True)
-        self._tables, self._circles, self._diagonals = column(), column(), column(spacing=4)
+        self._tables, self._circles, self._diagonals, self._corners = column(), column(), column(spacing=4), column(spacing=4)
         return scrolled(column(label(self.title, "title"), flow(button(_("Back"), lambda: self.panel.open(self.page))),
-                               card(label(_("Uncertainty of a distance on the work (k=2)"), "value"), self._line, self._notes),
+                               card(label(_("Uncertainty of a distance on the work (k=2)"), "value"), self._line, self._notes, self._corners),
                                card(label(_("Body diagonals of the work space"), "value"), self._diagonals),
                                card(label(_("Error tables"), "value"), self._tables), card(label(_("Circles by ballbar"), "value"), self._circles)))
 
     def entered(self):
         panel, instance = self.panel, self.page.instance
         self._found = {}
-        for box in (self._tables, self._circles, self._diagonals):
+        for box in (self._tables, self._circles, self._diagonals, self._corners):
             clear(box)
         try:
-            given = volume_state.arguments(panel.ini, panel.guard.loaded_chain(), os.path.dirname(panel.settings.log.path), instance, panel.hal.values())
+            values = panel.hal.values()
+            given = volume_state.arguments(panel.ini, panel.guard.loaded_chain(), os.path.dirname(panel.settings.log.path), instance, values)
+            given += volume_state.temperature(panel.machine.of("axis_growth"), values)
             self._questions = {"volume": self._ask([*given, "--draws", DRAWS])}
         except Lacks as why:
             self._questions = {}
@@ -103,6 +105,7 @@ class VolumePage(EntryPage):
             text += " " + _("Largest share: {cause}, {part} %.").format(cause=volume_state.cause_in_words(its["shares"][0]["of"]), part="%.0f" % (100 * its["shares"][0]["part"]))
         set_text(self._line, text)
         self._show_notes("\n".join(notes))
+        self._show_corners(its)
         for each in its["diagonals"]:
             U = _("unknown") if each["U"] is None else two_digits(each["U"] * 1000)
             words = _("{name}, {length} mm: {before} without, {after} \u00b1 {U} \u00b5m with correction").format(
@@ -120,6 +123,17 @@ class VolumePage(EntryPage):
         if not its["tables"]:
             self._tables.pack_start(label(_("squareness has no error table."), "soft"), False, False, 0)
         self.widget.show_all()
+
+    def _show_corners(self, its):
+        """U of the corners of the work space."""
+        words = [_("{at}: \u00b1{U} \u00b5m").format(at="X %.0f Y %.0f Z %.0f" % tuple(corner["at"]), U=two_digits(corner["U"] * 1000))
+                 for corner in volume_state.corners(its["places"])]
+        causes = _("Corners, from the known causes alone:") if its["U"] is None else _("Corners of the work space:")
+        self._corners.pack_start(label(causes, "soft"), False, False, 0)
+        self._corners.pack_start(flow(*map(label, words)), False, False, 0)
+        if its["unknown_direction"] > 0:
+            text = _("While a direction of motion is not known, up to {lost} \u00b5m of lost motion add: from the start and after machine on, until each axis has moved.")
+            self._corners.pack_start(label(text.format(lost=tenths(its["unknown_direction"])), "soft"), False, False, 0)
 
     def _show_circles(self):
         """Both at the same scale."""

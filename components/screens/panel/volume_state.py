@@ -82,7 +82,7 @@ def of_angles(folder, instance, values):
 
 def pivots(instance, values):
     unit = 25.4 if texts.MACHINE_UNIT[0] == "in" else 1.0
-    found = {short[0].upper(): float(instance.value(values, short)) * unit for short in instance.pins if short.endswith("-pivot")}
+    found = {axis.upper(): float(instance.value(values, axis + "-pivot")) * unit for axis in "xyzuvw" if axis + "-pivot" in instance.pins}
     return [word for axis, value in found.items() if value for word in ("--pivot", "%s=%r" % (axis, value))]
 
 
@@ -100,6 +100,22 @@ def arguments(ini, chain, folder, instance, values):
         raise Lacks(_("[SQUARENESS]TABLE of the INI file does not name the tables in use."))
     return ["uncertainty", "--json", "--chain", chain, "--box", box(ini), *tool(instance, values), *of_angles(folder, instance, values), *pivots(instance, values),
             *[word for file in found for word in ("--table", file)]]
+
+
+def temperature(growths, values):
+    """The temperature of the machine now, by the first valid sensor of axis_growth; nothing without one."""
+    for growth in growths:
+        for sensor in range(8):
+            now = growth.value(values, "temperature-%d" % sensor)
+            if now is not None and growth.value(values, "temperature-valid-%d" % sensor, False):
+                return ["--temperature", "%rdegC" % float(now)]
+    return []
+
+
+def corners(places):
+    """Those of the places at both ends of each axis, of the tool that comes first."""
+    ends = [{least, most} for least, most in ((min(values), max(values)) for values in zip(*(its["at"] for its in places)))]
+    return [its for its in places if its["tool"] == places[0]["tool"] and all(at in end for at, end in zip(its["at"], ends))]
 
 
 # By their kind in the output. For gettext: _("The measurement of {of} is {first} days old, and valid for {second}: measure again.")
