@@ -167,7 +167,12 @@ class Question:
             self._process = subprocess.Popen([program, *given], stdin=subprocess.DEVNULL, stdout=self._output, stderr=self._errors,
                                              env={**os.environ, "LC_ALL": "C.UTF-8"})
         except OSError as error:
+            self._close()
             raise Lacks(str(error)) from None
+
+    def _close(self):
+        self._output.close()
+        self._errors.close()
 
     def done(self):
         if self._process.poll() is None and time.monotonic() > self._until:
@@ -178,7 +183,8 @@ class Question:
     def answer(self):
         self._output.seek(0)
         self._errors.seek(0)
+        output, lines = self._output.read(), self._errors.read().strip().splitlines()
+        self._close()
         if self._process.returncode:
-            lines = self._errors.read().strip().splitlines()
             raise Lacks(lines[0] if lines else "status %d" % self._process.returncode)
-        return json.load(self._output)
+        return json.loads(output)

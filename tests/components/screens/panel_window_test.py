@@ -516,6 +516,8 @@ class Window(unittest.TestCase):
         finger.await_text("After correction 0 \u00b5m \u00b1 ")
         finger.await_text("worst at X ")
         finger.await_text("Largest share: measurement 1, ")
+        finger.await_text("Corners of the work space:")
+        finger.await_text("up to 5 \u00b5m of lost motion add")
         finger.press("Back")
         self.measure("x.csv", "X,EXX\n")
         finger.press("Tables and uncertainty")
