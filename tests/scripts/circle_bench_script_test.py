@@ -48,6 +48,9 @@ class Bench(unittest.TestCase):
             self.assertEqual(sorted(os.listdir(folder)), ["circles.png", "circles.svg", "machines.csv"])
             without, corrected = (float(line.split()[-1]) for line in output.splitlines() if line.startswith("peak w"))
             self.assertLess(corrected, 0.7 * without)
+            whole, left = (float(line.split()[-1]) for line in output.splitlines() if line.startswith("G w"))
+            self.assertLess(left, 0.7 * whole)
+            self.assertGreater(whole, 1.5 * without, "steps on both sides of the mean circle")
             self.assertTrue(math.isfinite(corrected))
 
 

@@ -2,6 +2,7 @@
 """scripts/bench volume: its machine by hand, its coverage, and a few machines."""
 
 import os
+import re
 import tempfile
 import unittest
 
@@ -9,7 +10,7 @@ import numpy as np
 
 import volume
 from bench_runs import run_bench
-from support import volume_machine
+from support import volume_machine, volume_methods
 
 
 class Figures(unittest.TestCase):
@@ -24,11 +25,22 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(machine.tip((10, 600, -500), -1)[0] - machine.tip((10, 600, -500), 1)[0], 0.01)
 
     def test_coverage_is_that_of_the_components(self):
-        outcome = volume_machine.Outcome(1, np.array([[1.0, 0, 3], [0, 3, 1]]), np.full((2, 3), 2.0), np.array([4.0, 2]), 9, [])
+        outcome = volume_machine.Outcome(1, np.array([[1.0, 0, 3], [0, 3, 1]]), np.full((2, 3), 2.0), np.array([4.0, 2]), 9, [], [])
         axes, together, worst = volume.coverage([outcome])
         np.testing.assert_allclose(axes, [100, 50, 50])
         self.assertAlmostEqual(together, 400 / 6)
         self.assertAlmostEqual(worst, 500 / 6)
+
+
+    def test_methods_agree_within_twice_the_uncertainty_of_their_difference(self):
+        corner = volume_methods.Corner("XY", 0, {"square": (10e-6, 3e-6), "diagonals": (19e-6, 4e-6), "ballbar": (-30e-6, 1e-6)})
+        agree, contradict, pairs = volume_methods.agreement([corner])
+        self.assertAlmostEqual(agree, 100 / 3)
+        self.assertEqual((contradict, pairs), (2, 3))
+
+    def test_a_direction_for_each_axis_is_that_of_its_lost_motion(self):
+        machine = volume_machine.Machine(1, {}, {"X": (0, 0, 0.005), "Y": (0, 0, 0.003), "Z": (0, 0, 0)})
+        np.testing.assert_allclose(machine.tip((0, 0, 0), (1, -1, 0)), [-0.005, 0.003, -200])
 
 
 class Bench(unittest.TestCase):
@@ -41,7 +53,16 @@ class Bench(unittest.TestCase):
             self.assertLess(corrected, 10)
             self.assertLess(stated, 10)
             self.assertRegex(output, r"components inside their U: X [\d.]+ %, Y [\d.]+ %, Z [\d.]+ %; all (8[5-9]|9\d|100)\.\d %")
+            agree, pairs, contradict = re.search(r"ballbar: ([\d.]+) % of (\d+) pairs agree within 2 u, (\d+) of contrary sign", output).groups()
+            self.assertGreater(float(agree), 85)
+            self.assertEqual((pairs, contradict), ("72", "0"))
             self.assertEqual(sorted(os.listdir(folder)), ["corners.csv", "coverage.png", "coverage.svg"])
+
+    def test_drawn_tables_survive_the_files_of_others(self):
+        done = run_bench("volume", "--files", "--seeds", "2", "--seed", "9001")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.count("2 tables there and back"), 4)
+        self.assertIn("66 of 66 taken rightly, or refused with file and reason", done.stdout)
 
 
 if __name__ == "__main__":
