@@ -146,6 +146,7 @@ class Shift(Recorded):
     def test_a_shift_in_mdi_or_before_m482_comes_at_once(self):
         z, active = self.of("chop.command", "shifted_in_mdi"), self.of("chop.active", "shifted_in_mdi") == 1
         self.assertEqual([round(z[each].min(), 1) for each in self.runs(active)], [LOWER - 1, LOWER - 2])
+        self.assertAlmostEqual(self.facts["faster_cycle"], np.pi * 30 / 80, delta=0.002)
         self.assertEqual(self.facts["awaited_region"], 3)
         self.assertEqual(np.ptp(self.of("joint.0.pos-cmd", "shifted_in_mdi")), 0)
 

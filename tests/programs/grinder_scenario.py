@@ -216,8 +216,9 @@ class Shift(Scenario):
     def shifted_in_mdi(self):
         """At once: in MDI no move follows. In a program M482 waits for the region that is to come."""
         self.start()
-        self.machine.mdi("G81.1 Z4 Q-30")
+        self.machine.mdi("G81.1 Z4 Q-30 P4800")
         self.await_condition(lambda: self.host.get("chop.command") < LOWER - 0.9, "the lower region")
+        self.facts["faster_cycle"] = self.host.get("chop.planned-cycle-time")
         self.machine.mdi("G80.1")
         self.program(STROKE, "G81.1 Z3 Q-30", "M482", "G4 P2", "G80.1")
         self.machine.wait_until_idle()

@@ -164,66 +164,6 @@ TEST_F(Chopping, ALowerMaxRateLeavesTheStrokeThatRunsAsItIs) {
 
 // Every setting at every phase: the region, the largest acceleration of all that was in force, and no motion
 // at rest.
-TEST_F(Chopping, NoSettingThatChangesAtAnyPhaseBreaksALimitOrMovesAnAxisAtRest) {
-    struct Setting {
-        const char* pin;
-        std::vector<double> values;
-    };
-    const std::vector<Setting> settings{{"max-acceleration", {10, 400, 1000, 1e9, -1}},
-                                        {"max-rate", {500, 61, 10, 1e7}},
-                                        {"max-offset", {500, 25, 19, 5, 0, -1}},
-                                        {"max-feed", {500, 80, 20}},
-                                        {"lead", {0, 0.002, 0.02, 0.5}},
-                                        {"jerk-time", {0, 0.01, 0.05, 1}},
-                                        {"max-output-accel", {3000, 500, 1e9}},
-                                        {"feed", {60, 30, 5, 1e5}},
-                                        {"override", {1, 0.3, 0, 1.5, 3}},
-                                        {"upper-dwell", {0, 0.1, -1}},
-                                        {"min-limit", {-100, -21, -10}},
-                                        {"inset", {0.3, 0, -1}},
-                                        {"gain", {0.7, 2}},
-                                        {"learn", {0, 1}},
-                                        {"stop-kind", {0, 1, 2, 9}},
-                                        {"max-correction", {1, 0, 1e5}}};
-    Random random(77);
-    for (int i = 0; i < rounds(60, 12); ++i) {
-        SCOPED_TRACE(i);
-        for (const Setting& each : settings) set(each.pin, each.values[0]);
-        bench.run(0.01);
-        set("run", 0);
-        set("go-to-end", 0);
-        bench.run(0.01);
-        set("go-to-end", 1);
-        bench.run(12);  // a stroke planned with max-acceleration 10 is long
-        ASSERT_EQ(get("at-end"), 1);
-        start();
-        bench.run(random.uniform(0.3, 1.5));
-        for (int n = 0; n < 8; ++n) {
-            const Setting& its =
-                settings[static_cast<std::size_t>(random.uniform(0, static_cast<double>(settings.size())))];
-            const auto which =
-                static_cast<std::size_t>(random.uniform(0, static_cast<double>(its.values.size())));
-            if (std::string(its.pin) == "max-acceleration" && its.values[which] == 1e9) continue;
-            set(its.pin, its.values[which]);
-            const std::vector<double> z = commands(random.uniform(0.01, 0.6));
-            ASSERT_GE(*std::min_element(z.begin(), z.end()), -20.5) << its.pin << " " << its.values[which];
-            ASSERT_LE(*std::max_element(z.begin(), z.end()), 0.5) << its.pin << " " << its.values[which];
-            ASSERT_LE(hardest(z), 3000 * 1.01) << its.pin << " " << its.values[which];
-        }
-        set("override", 1);
-        set("stop-kind", 1);
-        set("run", 0);
-        bench.run(4);
-        if (get("active") != 0) continue;  // slow
-        for (const Setting& its : settings)
-            for (const double value : its.values) {
-                const double rest = get("command");
-                set(its.pin, value);
-                for (const double z : commands(0.02)) ASSERT_EQ(z, rest) << its.pin << " " << value;
-            }
-    }
-}
-
 // A position loop lags by atan(w / Kv), w = 2 F / S, and by its delay: 2 ms and a period.
 TEST_F(Chopping, MeasuredPhaseShowsTheLagInDegrees) {
     for (const double gain : {20.0, 40.0}) {
@@ -260,6 +200,52 @@ TEST_F(Chopping, WithoutAValidFeedbackTheMeasuredPhaseStands) {
         ASSERT_EQ(get("measured-phase"), phase);
     }
     EXPECT_EQ(get("active"), 1);
+}
+
+TEST(ChoppingInstances, TwoStrokeEachForItself) {
+    Bench bench;
+    bench.command("loadrt chopping names=wheel,table");
+    bench.command("loadrt sim_grinder names=z,w");
+    const auto set = [&](const std::string& name, const std::string& pin, double value) {
+        bench.set(name + "." + pin, value);
+    };
+    for (const auto& [name, axis] : {std::pair<std::string, std::string>{"wheel", "z"}, {"table", "w"}}) {
+        for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{
+                 {"max-acceleration", 1000}, {"min-limit", -300}, {"max-limit", 300}, {"homed", 1}, {"motion-enabled", 1}})
+            set(name, pin, value);
+        bench.command("net " + name + "-command " + name + ".command => " + axis + ".position-cmd");
+        bench.command("net " + name + "-feedback " + axis + ".position => " + name + ".joint-feedback");
+        bench.command("addf " + name + ".update servo-thread");
+        bench.command("addf " + axis + ".update servo-thread");
+    }
+    set("wheel", "upper", -8);
+    set("wheel", "lower", -20);
+    set("wheel", "feed", 60);
+    set("table", "upper", 100);
+    set("table", "lower", -100);
+    set("table", "feed", 300);
+    set("wheel", "run", 1);
+    bench.run(0.5);
+    EXPECT_EQ(bench.get("table.command"), 0);
+    set("table", "run", 1);
+    bench.run(5);
+    Table trace = bench.trace(5, {"wheel.command", "table.command"});
+    const auto ends = [&](const std::string& name) {
+        const std::vector<double> z = trace.column(name + ".command");
+        return std::pair(*std::min_element(z.begin(), z.end()), *std::max_element(z.begin(), z.end()));
+    };
+    EXPECT_NEAR(ends("wheel").first, -20, 1 * um);
+    EXPECT_NEAR(ends("wheel").second, -8, 1 * um);
+    EXPECT_NEAR(ends("table").first, -100, 1 * um);
+    EXPECT_NEAR(ends("table").second, 100, 1 * um);
+    set("table", "max-following-error", 0.01);
+    bench.run(1);
+    EXPECT_EQ(bench.get("table.fault-code"), 10);
+    EXPECT_EQ(bench.get("table.active"), 0);
+    EXPECT_EQ(bench.get("wheel.fault-code"), 0);
+    trace = bench.trace(2, {"wheel.command", "table.command"});
+    EXPECT_EQ(ends("table").first, ends("table").second);
+    EXPECT_NEAR(ends("wheel").first, -20, 1 * um);
 }
 
 TEST_F(Chopping, EntersTheStrokeInEachWay) {
