@@ -18,7 +18,7 @@ public:
 
     // Impossible limits leave the last good ones in force, and so does a limit by which the offset cannot
     // stop within its bound. The acceleration is possible. A smaller bound or rate waits until the motion
-    // that was planned by the last one has ended.
+    // that was planned by the last one has ended, and a smaller acceleration until the offset then stands.
     void allow(const Limits& wanted, bool moves, double farthest, double dt) noexcept {
         const double most = limits_.most, hardest = limits_.acceleration;
         Limits given = wanted;
@@ -29,7 +29,8 @@ public:
             given.rate = std::max(given.rate, limits_.rate);
         }
         if (given.rate >= 1e-3 && given.rate <= 1e6) limits_.rate = given.rate;
-        if (given.acceleration >= hardest || guard_.stops_within(most, given.acceleration, dt))
+        const bool ends = !moves && !stands_;
+        if (given.acceleration >= hardest || (!ends && guard_.stops_within(most, given.acceleration, dt)))
             limits_.acceleration = given.acceleration;
         const bool possible = given.most >= 0 && given.most <= farthest;
         refused_ =

@@ -120,14 +120,32 @@ TEST_F(Guarded, AnAccelerationThatCannotStopItWithinItsBoundWaits) {
     EXPECT_LE(hardest(), 1000 * (1 + 1e-6));
 }
 
+TEST_F(Guarded, ASmallerAccelerationLetsAMotionEndAtItsPlace) {
+    allow({100, 50, 1000}, true);
+    const double end = 10;
+    for (double left = 0.1; left > 0; left -= dt) follow(end - 50 * left * left, dt);  // brakes with 100 mu/s2
+    allow({100, 50, 10});
+    follow(end, dt);
+    allow({100, 50, 10});
+    follow(end, 1);
+    EXPECT_LE(*std::max_element(values.begin(), values.end()), end);
+    EXPECT_EQ(it.value(), end);
+    allow({100, 50, 10});
+    values.assign(2, end);
+    follow(20, 5);
+    EXPECT_LE(hardest(), 10 * (1 + 1e-6)) << "and holds from then on";
+}
+
 TEST_F(Guarded, ImpossibleLimitsLeaveTheLastOnes) {
     for (const double most : {nan, -1.0, 2 * farthest}) {
         allow({most, 50, 1000});
         EXPECT_FALSE(it.refused()) << most;
     }
-    for (const double rate : {nan, -1.0, 0.0, 1e7}) allow({100, rate, 1000});
     follow(500, 5);
     EXPECT_NEAR(it.value(), 100, 1e-9);
+    for (const double rate : {nan, -1.0, 0.0, 1e7}) allow({100, rate, 1000});
+    follow(-500, 5);
+    EXPECT_NEAR(it.value(), -100, 1e-9);
     EXPECT_LE(fastest(), 50 * (1 + 1e-6));
 }
 

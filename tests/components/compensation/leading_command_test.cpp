@@ -29,6 +29,7 @@ TEST(LeadingCommand, IsTheMeanOfTheSamplesThatLimitTheJerk) {
     double place = 0;
     for (int i = 0; i < 100; ++i) it.step(place += 60 * dt, 0, dt);
     EXPECT_NEAR(it.mean(), place - 60 * dt * (samples - 1) / 2, 1e-9);  // half of their time later
+    EXPECT_EQ(it.position(), it.mean()) << "without a lead";
 }
 
 // Of a mean over T of a motion with the acceleration a: the velocity steps by no more than a dt, so the lead

@@ -13,6 +13,7 @@ namespace plumb {
 namespace {
 
 constexpr double dt = 0.001, um = 1e-3;  // s, mu
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 // Strokes of 30 mm above point R, and an axis that follows its command, by default 5 ms late.
 struct Supervision : testing::Test {
@@ -66,7 +67,7 @@ struct Supervision : testing::Test {
         orders.hold = StrokeMotion::Stop::none;
         const double command = motion.leading().position();
         const StrokeSupervision::Findings found =
-            it.step({measurable, place, command, 0.02}, motion, in_force, dt);
+            it.step({measurable, measurable ? place : nan, command, 0.02}, motion, in_force, dt);
         place = axis(command, place);
         time += dt;
         if (found.fault != Fault::none) faults.insert(found.fault);
