@@ -218,6 +218,7 @@ class Shift(Scenario):
         self.start()
         self.machine.mdi("G81.1 Z4 Q-30 P4800")
         self.await_condition(lambda: self.host.get("chop.command") < LOWER - 0.9, "the lower region")
+        self.strokes(2)
         self.facts["faster_cycle"] = self.host.get("chop.planned-cycle-time")
         self.machine.mdi("G80.1")
         self.program(STROKE, "G81.1 Z3 Q-30", "M482", "G4 P2", "G80.1")

@@ -123,6 +123,7 @@ TEST_F(Guarded, AnAccelerationThatCannotStopItWithinItsBoundWaits) {
 TEST_F(Guarded, ASmallerAccelerationLetsAMotionEndAtItsPlace) {
     allow({100, 50, 1000}, true);
     const double end = 10;
+    follow(end - 0.5, 2);
     for (double left = 0.1; left > 0; left -= dt) follow(end - 50 * left * left, dt);  // brakes with 100 mu/s2
     allow({100, 50, 10});
     follow(end, dt);
