@@ -12,6 +12,7 @@ import tempfile
 import unittest
 from unittest import mock
 
+import linuxcnc
 from tree import BUILD, own_folder
 from wire_sample import plumb_wire, read, snapshot, write
 
@@ -233,6 +234,24 @@ class Values(unittest.TestCase):
             with self.assertRaises(Impossible) as caught:
                 IniFile(os.path.join(home, "my.ini"))
             self.assertRegex(" ".join(str(caught.exception).split()), "my.ini:2 includes .*%s, which %s" % (name, words))
+
+    def test_linuxcnc_is_given_no_include_for_its_2_10_refuses_that_of_a_file_to_come(self):
+        home = own_folder(self)
+        write(os.path.join(home, "some.inc"), "MACHINE = mine\n#INCLUDE nested.inc\n")
+        write(os.path.join(home, "my.ini"), "[EMC]\n#INCLUDE some.inc\n[PLUMB]\n#INCLUDE plumb/plumb.inc\nACCESS = view\n")
+        ini = IniFile(os.path.join(home, "my.ini"))
+        given = []
+
+        def of_2_10(path):
+            given.append(read(path))
+            return linuxcnc.ini(path)
+
+        with mock.patch("ini_file.linuxcnc", mock.Mock(ini=of_2_10, error=linuxcnc.error)):
+            self.assertEqual((ini.get("EMC", "MACHINE"), ini.get("PLUMB", "ACCESS")), ("mine", "view"))
+        self.assertEqual(len(given), 4)
+        self.assertNotIn("#INCLUDE", "".join(given))
+        with mock.patch.object(linuxcnc, "version", "2.10.0~pre1"), self.assertRaisesRegex(Impossible, "some.inc:2 includes a file"):
+            IniFile(os.path.join(home, "my.ini"))
 
     def test_lines_of_a_file_of_dos_and_without_a_last_line_end(self):
         home = own_folder(self)

@@ -42,6 +42,7 @@ class IniFile:
         self.before[path] = self.without(path, self.original[path])
         self.texts[path] = self.before[path].split("\n")
         if path != self.path:
+            self._forbid_nested(path)
             return
         for number, line in enumerate(self.texts[path], start=1):
             included = self._included(line)
@@ -63,6 +64,13 @@ class IniFile:
             kind = "is no file" if not os.path.isfile(path) else "is longer than %d bytes" % LONGEST
             sentence = "%s:%d includes %s, which %s. Write the name of a file with INI lines there."
             raise Impossible(wrapped(sentence % (os.path.basename(self.path), number, path, kind)))
+
+    def _forbid_nested(self, path):
+        """LinuxCNC 2.9 takes an #INCLUDE in an included file for a comment; 2.10 reads that file, too."""
+        for number, line in enumerate(self.texts[path], start=1):
+            if line.startswith("#INCLUDE") and not linuxcnc.version.startswith("2.9"):
+                sentence = "%s:%d includes a file, and is included itself. Write that #INCLUDE into %s instead."
+                raise Impossible(wrapped(sentence % (os.path.basename(path), number, os.path.basename(self.path))))
 
     def lines(self):
         """All lines in the order in which LinuxCNC reads them."""
