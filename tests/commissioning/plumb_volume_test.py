@@ -268,6 +268,15 @@ class Volume(unittest.TestCase):
         self.write("y.csv", "# u: EYY 0.0001\nY,EYY\n0,0\n600,0\n# end, 2 rows\n")
         self.assertNotIn("direction of motion is not known", self.run_volume(*self.COLUMN, "--table", "y.csv"))
 
+    def test_a_table_that_ends_within_the_work_space_is_named(self):
+        self.write("x.csv", "# u: EXX 0.0005\nX,EXX\n100,0\n800,0\n# end, 2 rows\n")
+        self.assertEqual([(its["kind"], its["of"], its["first"], its["second"]) for its in self.sure_of("--table", "x.csv")["notes"]], [("table-ends", "X", 100, 800)])
+        output = " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split())
+        self.assertIn("reaches from 100 to 800 mm, and the work space beyond it", output)
+        self.assertIn("2000 machines drawn, seed 1.", output)
+        self.write("x.csv", "# u: EXX 0.0005\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
+        self.assertEqual(self.sure_of("--table", "x.csv")["notes"], [])
+
     def test_a_fast_circle_is_foretold(self):
         output = " ".join(self.run_volume("turn", "--lost-motion", "10um", "--feed", "3000", "--radius", "50", "--allowed", "2um").split())
         self.assertIn("F3000 on R50 keeps 4.69 um of the lost motion of 10.00 um", output)

@@ -611,6 +611,7 @@ int uncertainty(const VolumeOptions& its) {
                   : formatted("While a direction of motion is not known, up to %.1f um of lost motion add.",
                               unknown * 1000));
     for (const VolumeQuestion::Note& note : question.notes) say(note.text);
+    std::cout << its.draws << " machines drawn, seed " << its.seed << ".\n";
     say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of "
         "the work, contour "
         "error.");

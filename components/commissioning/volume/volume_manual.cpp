@@ -92,7 +92,7 @@ A measurement ages. The head of a table may state its date, how long it is valid
   # drift: EXX 2e-6 per X
 
 reversal and straightedge write the date of today, or --date. An older table is named, and without a drift the uncertainty is unknown. Without a date, or if the clock is not set, valid-for
-counts as the age. --tilt takes drift=2urad and date=2026-11-20. With --temperature 26degC a table that was measured more than 5 K
+counts as the age. A table that ends within the work space is named: beyond its end nothing was measured. --tilt takes drift=2urad and date=2026-11-20. With --temperature 26degC a table that was measured more than 5 K
 off is named, and the growth of a steel screw, 11.5 um/m for each K, is added. --pivot Y=300 is the pivot in force.
 
 Direction columns correct nothing while the direction of an axis is not known: from the start, and after machine on, until the axis
@@ -104,7 +104,7 @@ tables, and never fill one: the alignment of laser and mirror enters. They do no
          {"EXIT STATUS", R"(0 after success; 1 if a file or value is refused; 2 for a wrong command line.)"},
          {"LIMITS",
           R"(Uncorrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of the work, contour
-error.)"}},
+error, and the part of a correction that joint_offset keeps back near a soft limit.)"}},
         ".BR plumb (1),\n.BR plumb-squareness (1),\n.BR squareness (9)"};
 }
 

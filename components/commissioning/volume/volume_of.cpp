@@ -212,6 +212,26 @@ std::string date_line(const std::string& date) {
     return date.empty() ? "" : "# date: " + date + '\n';
 }
 
+namespace {
+
+// Beyond its ends a table holds its last value, and nothing was measured.
+void add_table_ends(VolumeQuestion& q) {
+    for (const UncertainTable& table : q.tables) {
+        const std::size_t k = std::string_view("XYZ").find(table.axis);
+        if (k == std::string_view::npos) continue;
+        const double first = table.mean.front().position, last = table.mean.back().position;
+        if (first <= q.low[k] + 1e-6 && last >= q.high[k] - 1e-6) continue;
+        const std::string letter(1, table.axis);
+        q.notes.push_back({"table-ends", letter, first, last,
+                           "The table of " + letter + " in " + table.file + " reaches from " +
+                               csv::decimal(first) + " to " + csv::decimal(last) +
+                               " mm, and the work space beyond it: there the last value holds, nothing was "
+                               "measured, and U is too small."});
+    }
+}
+
+}  // namespace
+
 VolumeQuestion question_of(const VolumeOptions& options) {
     VolumeQuestion q;
     MeasuredVolume& m = q.measured;
@@ -337,6 +357,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
                     q.places.push_back(place);
                 }
     }
+    add_table_ends(q);
     q.reference = q.places.front();
     if (!options.reference.empty())
         for (const std::string_view field : csv::split_at_commas(options.reference)) {
