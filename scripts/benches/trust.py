@@ -5,7 +5,8 @@ configs/mill/bench.hal runs on drawn machines with slow threads and poor loads, 
 load event that the program causes, a dead sensor, a longer tool, a chip after a pause and others. The error of each cut is
 compared with the error that it would have had without compensation: the same less the offset in force, which adds to Z.
 "worse by" is |error with| - |error without|. A cut is announced if growth.doubt, growth.fault, growth.reference-refused or
-growth.learning-failed was true LEAD s before its end, when the tool was still above the work.
+growth.learning-failed was true LEAD s before its end, when the tool was still above the work. Only the operations that are not
+excluded show the growth and the wear of their tools; the cuts of the other tools have a count of their own.
 """
 
 import dataclasses
@@ -168,11 +169,15 @@ def drawn_attacks(number):
 # --- one run ---
 
 
-CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool), ("gate", float)]
+CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool), ("gate", float), ("gauge", bool)]
 
 
-def find_cuts(column):
-    """The cuts after learning that have a reference cut."""
+def excluded_operations(host):
+    return {host.get(f"growth.exclude-operation-{index}") for index in range(8)}
+
+
+def find_cuts(column, excluded=()):
+    """The cuts after learning that have a reference cut. `excluded`: operations whose contacts do not count."""
     rows = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
     key = list(zip(column["mill.truth-cut-operation"][rows], column["mill.truth-cut-occurrence"][rows]))
     tip = 1000 * column["mill.truth-cut-error"][rows]
@@ -191,6 +196,7 @@ def find_cuts(column):
         cut["code"] = column["growth.doubt-code"][early[i]]
         cut["authority"] = column["growth.authority"][early[i]]
         cut["gate"] = 1000 * column["growth.gate"][early[i]]
+        cut["gauge"] = column["mill.truth-cut-operation"][rows[i]] not in excluded
         cut["known"] = column["growth.contacts-accepted"][early[i]] >= 2
     return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
 
@@ -221,7 +227,8 @@ def record(host, folder, seed, attacks, duration, progress, growth=None, second=
     return read_columns(path)
 
 
-NOTICES = (8, 9, 10, 11)  # doubt-code: an uncertain growth, and one that is unknown at a start: the panel shows them, without a message
+UNCERTAIN = (8, 9, 10)  # doubt-code: an uncertain growth, or one of which a part is held back: the panel shows it, without a message
+NOTICES = (*UNCERTAIN, UNKNOWN)
 
 
 def simulate_growth(seed, rate, growth, second, duration, progress):
@@ -233,10 +240,16 @@ def simulate(seed, rate, name, duration, progress, growth=None, second=False):
 
     with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
-    cuts, _, times = find_cuts(column)
-    doubt = (column["growth.doubt"] * ~np.isin(column["growth.doubt-code"], NOTICES) + column["growth.fault"]) > 0
-    messages = np.count_nonzero(np.diff(doubt.astype(int)) > 0)
-    return cuts, times, messages, 1000 * column["growth.reference-sigma"][-1]
+        excluded = excluded_operations(host)
+    cuts, _, times = find_cuts(column, excluded)
+    code = column["growth.doubt-code"]
+    messages = begins(column["growth.doubt"] * ~np.isin(code, NOTICES) + column["growth.fault"])
+    return cuts, times, messages, begins(np.isin(code, UNCERTAIN)), 1000 * column["growth.reference-sigma"][-1]
+
+
+def begins(signal):
+    """How often it becomes true."""
+    return np.count_nonzero(np.diff((signal > 0).astype(int)) > 0)
 
 
 def simulate_shift(seed, rate, name, duration, growth, second, progress):
@@ -314,7 +327,7 @@ def most_likely(found, of):
     return high
 
 
-def machine_row(cuts, messages, reference_sigma):
+def machine_row(cuts, messages, statuses, reference_sigma):
     without = np.abs(cuts["error"]) - cuts["worse"]
     worse = cuts["worse"] > WORSE
     beyond = cuts["worse"] > cuts["gate"] + 3 * cuts["sigma"]
@@ -323,6 +336,8 @@ def machine_row(cuts, messages, reference_sigma):
         "rms without": rms(without),
         "cuts": len(cuts),
         "worse": np.count_nonzero(worse),
+        "gauge cuts": np.count_nonzero(cuts["gauge"]),
+        "gauge worse": np.count_nonzero(worse & cuts["gauge"]),
         "beyond": np.count_nonzero(worse & beyond),
         "silent beyond": np.count_nonzero(worse & beyond & ~cuts["announced"]),
         "silent": np.count_nonzero(worse & ~cuts["announced"]),
@@ -330,7 +345,9 @@ def machine_row(cuts, messages, reference_sigma):
         "within 2 sigma": honest(cuts),
         "announced": np.mean(cuts["announced"]) if len(cuts) else np.nan,
         "told": np.mean(cuts["announced"] & (cuts["code"] != UNKNOWN)) if len(cuts) else np.nan,
+        "by status": np.mean(cuts["announced"] & np.isin(cuts["code"], UNCERTAIN)) if len(cuts) else np.nan,
         "messages": messages,
+        "statuses": statuses,
         "reference sigma": reference_sigma,
         "applied": np.mean(np.abs(cuts["error"]) != without) if len(cuts) else np.nan,
     }
@@ -340,13 +357,15 @@ def machine_table(rate, rows, hours):
     benefit = [1 - row["rms with"] / row["rms without"] for row in rows]
     worse = [row["rms with"] - row["rms without"] for row in rows]
     cuts, bad, silent, beyond, silent_beyond = (sum(row[name] for row in rows) for name in ("cuts", "worse", "silent", "beyond", "silent beyond"))
+    of_gauges, gauge_cuts = (sum(row[name] for row in rows) for name in ("gauge worse", "gauge cuts"))
     within = [row["within 2 sigma"] for row in rows]
     return [
         f"{rate} Hz, {len(rows)} machines, {cuts} cuts",
         f"  rms with compensation: median {np.median([r['rms with'] for r in rows]):.1f} um, without {np.median([r['rms without'] for r in rows]):.1f} um",
         f"  part of the rms that is removed: median {np.median(benefit):.0%}, p10 {np.percentile(benefit, 10):.0%}",
         f"  machines whose rms is worse by more than 1 um: {sum(w > 1 for w in worse)}; the worst by {max(worse):.1f} um",
-        f"  cuts more than {WORSE} um worse: {bad} ({bad / cuts:.2%}, at most {most_likely(bad, cuts):.2%} with 95 %)",
+        f"  cuts more than {WORSE} um worse: {limit_text(bad, cuts)}",
+        f"  ... of tools whose contacts count: {limit_text(of_gauges, gauge_cuts)}; of the others: {limit_text(bad - of_gauges, cuts - gauge_cuts)}",
         f"  of these within the gate and 3 sigma: {bad - beyond}, not announced {silent - silent_beyond}; beyond: {beyond}, not announced {silent_beyond}",
         f"  |error| <= 2 sigma: {np.nanmean(within):.0%} of the cuts, lowest machine {np.nanmin(within):.0%}",
         f"  announced: {np.mean([row['announced'] for row in rows]):.0%} of the cuts",
@@ -354,12 +373,20 @@ def machine_table(rate, rows, hours):
     ]
 
 
+def limit_text(found, of):
+    return f"{found} of {of} ({found / of:.2%}, at most {most_likely(found, of):.2%} with 95 %)" if of else "no cut"
+
+
 def clean_line(rows, hours):
     if not rows:
         return f"  no machine has a clean load (reference-sigma <= {CLEAN} um)"
-    announced, told = (np.mean([row[name] for row in rows]) for name in ("announced", "told"))
-    messages = 100 * sum(row["messages"] for row in rows) / (hours * len(rows))
-    return f"  {len(rows)} machines with a clean load (reference-sigma <= {CLEAN} um): announced {announced:.1%} of the cuts, {told:.1%} after the first part; {messages:.1f} messages in 100 h"
+    announced, told, by_status = (np.mean([row[name] for row in rows]) for name in ("announced", "told", "by status"))
+    messages, statuses = (100 * sum(row[name] for row in rows) / (hours * len(rows)) for name in ("messages", "statuses"))
+    return (
+        f"  {len(rows)} machines with a clean load (reference-sigma <= {CLEAN} um): announced {announced:.1%} of the cuts, {told:.1%} after the first part, "
+        f"{by_status:.1%} by the panel's status alone (doubt-code 8 to 10)\n"
+        f"  in 100 h: {messages:.1f} messages, {statuses:.1f} times a doubt by the status alone"
+    )
 
 
 def main():
@@ -402,7 +429,7 @@ def main():
         seeds = range(options.seed, options.seed + options.seeds)
         tasks = [(seed, rate, options.growth, options.plant == 2, options.duration) for rate in rates for seed in seeds]
         outcomes = simulate_all(simulate_growth, tasks, len(tasks) * options.duration, place_of(options))
-        rows = [machine_row(cuts, messages, sigma) for cuts, _, messages, sigma in outcomes]
+        rows = [machine_row(cuts, *found) for cuts, _, *found in outcomes]
         print(f"{duration_text(options.duration)} of milling on each machine\n")
         for i, rate in enumerate(rates):
             print("\n".join(machine_table(rate, rows[i * len(seeds) : (i + 1) * len(seeds)], options.duration / 3600)))

@@ -39,6 +39,23 @@ class Judged(unittest.TestCase):
         np.testing.assert_allclose(self.cuts["sigma"], [3, 5])
         np.testing.assert_array_equal(self.cuts["announced"], [False, True])
 
+    def test_cuts_of_tools_without_a_gauge_and_doubts_by_the_status_alone_are_counted_apart(self):
+        self.column["mill.truth-cut-operation"][:] = 40
+        self.column["growth.doubt-code"] = np.array([0, 0, 0, 0, 10, 0])
+        cuts, *_ = trust.find_cuts(self.column, {40})
+        np.testing.assert_array_equal(self.cuts["gauge"], [True, True])
+        np.testing.assert_array_equal(cuts["gauge"], [False, False])
+        rows = [trust.machine_row(each, 0, 1, 1.0) for each in (self.cuts, cuts)]
+        lines = "\n".join(trust.machine_table(500, rows, 2))
+        self.assertIn("more than 5 um worse: 2 of 4 (50.00%", lines)
+        self.assertIn("whose contacts count: 1 of 2 (50.00%", lines)
+        self.assertIn("the others: 1 of 2", lines)
+        self.assertIn("50.0% after the first part, 25.0% by the panel's status alone", lines)
+        self.assertIn("in 100 h: 0.0 messages, 50.0 times", lines)
+
+    def test_an_upper_limit_falls_as_three_cuts_do(self):
+        self.assertAlmostEqual(trust.most_likely(0, 1500), 1 - 0.05 ** (1 / 1500))
+
     def test_what_is_worse_and_not_announced_is_found(self):
         def found():
             return trust.broken(self.column, self.cuts, self.times, [(trust.attack_named("load frozen"), -1e6)], 1, 1, 7)

@@ -492,6 +492,25 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
         }
 }
 
+// It comes shortly before the contact, where the fit sees two rises.
+TEST(GrowthByContact, AnEventShortlyBeforeTheContactIsNotLearnt) {
+    for (const double before : {0.15, 0.2, 0.3})  // s
+        for (const double size : {2.0, 6.0}) {    // %
+            Shop shop;
+            shop.mill.noise = 0.2;
+            double load = 0;
+            shop.tamper = [&](Milling::Sample& s) {
+                const bool on =
+                    s.motion == 2 && s.velocity <= 0 && until_contact(s, shop.mill.growth) < before;
+                load += (on ? size - load : -load) * 0.033;
+                s.load += load;
+            };
+            shop.learn();
+            EXPECT_NE(shop.measured.tally().learning_fault(), LearningFault::none) << before << ' ' << size;
+            EXPECT_EQ(shop.measured.cycle().references().size(), 0);
+        }
+}
+
 // The filter of the drive is another one from now on: each contact is fitted with it, and shows the growth.
 TEST(GrowthByContact, AnotherFilterOfTheDriveShiftsNothing) {
     for (const double lag : {0.015, 0.02, 0.024, 0.03, 0.036, 0.045, 0.06}) {
