@@ -25,7 +25,8 @@ constexpr bool parallel(Axis a, Axis b) noexcept {
     return direction(a) == direction(b) && !rotary(a) && !rotary(b);
 }
 
-// Place of a linear axis in a position of X, Y, Z and the one axis parallel to one of them; A, B and C follow.
+// Place of a linear axis in a position of X, Y, Z and the one axis parallel to one of them; A, B and C
+// follow.
 constexpr int coordinate(Axis axis) noexcept {
     if (rotary(axis)) return 4 + direction(axis);
     return axis <= Axis::Z ? static_cast<int>(axis) : 3;
