@@ -8,7 +8,9 @@
 #include "components/math/oscillation/shown_acceleration.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace plumb {
 
@@ -19,13 +21,15 @@ public:
     using Arrival = OscillationLeg::Arrival;
     using Verdict = DeadPointLearning::Verdict;
 
-    enum class Event { none, corrected, beyond, wrong_scale, slips, lost, lags, falls_behind };
+    // passes: the axis is beyond a dead point, which its turn decides.
+    enum class Event { none, corrected, passes, beyond, wrong_scale, slips, lost, lags, falls_behind };
 
     // Of the strokes that are planned now.
     struct Present {
         bool learns = false;
         bool without_override = true;
         double speed = 0;  // mu/s
+        std::array<double, 2> wait{};  // s, the longest one at the lower and the upper dead point
     };
 
     // Of this period; mu, mu/s, mu/s2, without the lead.
@@ -35,6 +39,7 @@ public:
         double duration = 0, dt = 0.001;  // s, of the stroke, and of the period
         double length = 0;                // mu, of the stroke
         double speed = 0;                 // mu/s, peak of the stroke
+        bool stands = false;              // the command
     };
 
     DeadPointLearning& learning() noexcept { return learning_; }
@@ -63,7 +68,12 @@ public:
         paused_ = false;
         upward_now_ = now.upward;
         if (turned) {
-            lag_.stroke(whole_);
+            const bool upper = !now.upward;
+            const double wait = std::exchange(wait_[upper], arrival_[upper].wait);
+            if (wait_[upper] != wait || wait_[upper] != present.wait[upper])
+                lag_.begin();  // a stroke from rest begins with another lag
+            lag_.stroke(whole_, learning_.was_learned() && present.without_override, now.speed,
+                        now.length);
             whole_ = true;
             shown_.begin(now.upward, now.duration, now.dt);
         }
@@ -77,8 +87,10 @@ public:
             if (event == Event::none) event = its;
             metering_ = true;
             upward_ = now.upward;
+            passed_ = false;
             meter_.begin(now.upward);
         }
+        if (event == Event::none && passes(now, present)) event = Event::passes;
         if (metering_) meter_.step(now.measured);
         return event;
     }
@@ -89,19 +101,37 @@ public:
     double error(bool upper) const noexcept { return error_[upper]; }        // mu, positive outside
 
 private:
+    // Whether the axis passes the last dead point, for the first time since the command was there.
+    bool passes(const Sample& now, const Present& present) noexcept {
+        const Arrival& its = arrival_[upward_];
+        if (!metering_ || passed_ || now.upward == upward_ || !its.happened || !its.regular ||
+            !present.learns)
+            return false;
+        const double error = upward_ ? now.measured - its.bound : its.bound - now.measured;
+        return passed_ = error > learning_.most_beyond();
+    }
+
     // Whether the lag is far from that of the last strokes: a jam, or a drive without force. It grows at most
     // with the square of the speed.
     Event lag(const Sample& now, const Present& present) noexcept {
         const double sign = now.upward ? 1 : -1, lag = sign * (now.command - now.measured);
+        if (now.stands) return Event::none;
         const double rest = sign * lag_.step(now.command, now.velocity, now.acceleration, now.measured);
         if (!present.learns || !whole_ || !lag_.known()) return Event::none;
-        const double faster = std::max(present.speed / std::max(lag_.speed(), 1e-9), 1.0);
+        const double faster = now.speed / std::max(lag_.speed(), 1e-9),
+                     longer = now.length / std::max(lag_.length(), 1e-9);
         const bool rises = learning_.rising() && present.without_override;
+        const bool like = std::abs(faster - 1) < 1e-6 && std::abs(longer - 1) < 0.05;
         const double part = lag_.strokes() < 6 ? 0.2 : 0.05;
-        const double most =
-            10 * learning_.most_beyond() + faster * faster * (2 * lag_.band() + part * lag_.peak());
-        // An axis that follows closer than it did is no fault, one that runs ahead of its command is.
-        if (rest <= most && std::min(-rest, -lag) <= most) return Event::none;
+        const double most = 10 * learning_.most_beyond() +
+                            std::max(faster * faster, 1.0) * (2 * lag_.band() + part * lag_.peak());
+        // Of a stroke with another frequency only the largest lag is known.
+        const double largest =
+            like || rises ? 0 : std::max(faster, 1.0) * std::max(longer, 1.0) * lag_.peak();
+        // An axis that follows closer than it did is no fault, one that runs ahead of its command is. A
+        // stroke begins ahead, by the lag of the stroke before.
+        const double late = rises ? rest : std::min(rest, lag - largest);
+        if (late <= most && std::min(-rest, -lag - largest) <= most) return Event::none;
         lag_.begin();
         if (!rises) return Event::lags;
         learning_.fall_behind();
@@ -116,9 +146,11 @@ private:
         position_[upper] = meter_.position();
         error_[upper] = upper ? position_[1] - its.bound : its.bound - position_[0];
         if (!present.learns || !its.regular) return Event::none;
+        lag_.judge(std::abs(error_[upper]) <= learning_.most_beyond());
         const double crank = its.turning * its.length / (2 * its.speed * its.speed);
-        learning_.turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
-                         error_[upper] - its.offset);
+        if (its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper])
+            learning_.turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
+                             error_[upper] - its.offset);
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;
@@ -142,6 +174,8 @@ private:
     Arrival arrival_[2];  // lower, upper
     double position_[2] = {0, 0}, error_[2] = {0, 0};
     int doubts_[2] = {0, 0};  // of the scale, in a row
+    double wait_[2] = {0, 0};  // s, at the dead points before the last strokes
+    bool passed_ = false;      // the dead point that is metered
     bool metering_ = false, upward_ = false, upward_now_ = false, whole_ = false, paused_ = true;
 };
 

@@ -4,6 +4,7 @@
 #include "components/compensation/chopping/stroke_values.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace plumb {
@@ -68,7 +69,7 @@ public:
     }
     DeadPointLearning::Settings learning() const noexcept {
         DeadPointLearning::Settings its = values_.learned(lower_, upper_);
-        its.command = static_cast<int>(command_.number() >> 1);
+        its.command = static_cast<int>(values_.turning(command_) >> 1);
         return its;
     }
 
@@ -87,6 +88,12 @@ public:
         const double whole =
             upper_ > lower_ ? values_.peak_speed(upper_ - lower_) : values_.stroke.largest_speed;
         return whole * stretch_ * (values_.override_value > 0 ? values_.override_value : 1) * part;
+    }
+
+    // S, at the lower and the upper dead point.
+    std::array<double, 2> longest_waits() const noexcept {
+        const double exact_stop = values_.exact_stop > 0 ? values_.stroke.exact_stop : 0;
+        return {values_.stroke.lower_dwell + exact_stop, values_.stroke.upper_dwell + exact_stop};
     }
 
     // For the next stroke.

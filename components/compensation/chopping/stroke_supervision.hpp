@@ -123,13 +123,17 @@ private:
                                          oscillation.plan().duration(),
                                          dt,
                                          std::abs(oscillation.plan().to() - oscillation.plan().from()),
-                                         oscillation.speed()};
-        switch (watch_.step(now, {values.learn, values.override_value == 1, in_force.speed(part(values))})) {
+                                         oscillation.speed(),
+                                         oscillation.state() == Oscillation::State::waiting};
+        const DeadPointWatch::Present present{
+            values.learn, values.override_value == 1, in_force.speed(part(values)), in_force.longest_waits()};
+        switch (watch_.step(now, present)) {
             case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;
             case DeadPointWatch::Event::slips: found = {Fault::slips, true}; break;
             case DeadPointWatch::Event::lost: found = {Fault::lost, true}; break;
             case DeadPointWatch::Event::lags: found = {Fault::lags, true}; break;
             case DeadPointWatch::Event::falls_behind: recovery_ = recovery_time; break;
+            case DeadPointWatch::Event::passes: found.fault = Fault::beyond; break;
             case DeadPointWatch::Event::beyond: found.fault = Fault::beyond; [[fallthrough]];
             case DeadPointWatch::Event::corrected: found.corrected = true; break;
             case DeadPointWatch::Event::none: break;

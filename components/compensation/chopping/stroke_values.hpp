@@ -110,7 +110,7 @@ struct StrokeValues {
         its.crank = std::min(its.reversal[0], its.reversal[1]) / base.peak_acceleration();
         its.shortness = {shortness(base, false), shortness(base, true)};
         its.stretching = its.crank < 1 ? 0 : stroke.timed ? 1 : -1;
-        its.even = even();
+        its.even = even() && !(stroke.lower_dwell > 0 || stroke.upper_dwell > 0 || exact_stop > 0);
         return its;
     }
 
@@ -120,6 +120,15 @@ struct StrokeValues {
 
         std::uint32_t number() const noexcept { return whole(lead) * 31 + whole(jerk_time); }
     };
+
+    // A number that changes with what decides where an axis turns beside the stroke itself: the command, and
+    // whether it waits at a dead point.
+    std::uint32_t turning(const Command& command) const noexcept {
+        std::uint32_t number = command.number();
+        for (const double value : {stroke.lower_dwell, stroke.upper_dwell, exact_stop})
+            number = number * 31 + whole(value);
+        return number;
+    }
 
     // As it is learned between these dead points: one number stands for its sections, dwells, command and
     // exact stop.

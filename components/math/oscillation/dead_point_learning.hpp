@@ -43,7 +43,7 @@ public:
         int stretching = -1;               // the power of the length with which it goes
         // The length, to the way from the last change of speed to an end.
         std::array<double, 2> shortness{1, 1};
-        bool even = true;  // without sections
+        bool even = true;  // without sections and waits
         int command = 0;   // a number that changes with the way from stroke to command
 
         bool operator==(const Settings& other) const noexcept {
@@ -157,7 +157,9 @@ public:
 
     // Whether a measured dead point can be that of this axis: the distance from its commanded end is between
     // the last one and that times the square of the speeds, give or take a tenth of the stroke and the inset.
+    // The first one of another stroke of an axis that has learned is.
     bool plausible(bool upper, double error, double used, double speed) const noexcept {
+        if (proven_ > 0 && !(excess_speed_[upper] > 0)) return true;
         const double faster = excess_speed_[upper] > 0 ? speed / excess_speed_[upper] : 1;
         const double last = excess_[upper], grown = last * faster * faster;
         const double slack = 0.1 * length() + settings_.inset, excess = error - used;
@@ -235,7 +237,8 @@ public:
     }
 
     bool learned() const noexcept { return good_ >= 2; }
-    int cycles() const noexcept { return cycles_; }  // at full speed
+    bool was_learned() const noexcept { return was_learned_; }  // since learning began
+    int cycles() const noexcept { return cycles_; }  // at full speed, in which it was not learned
     double most_beyond() const noexcept { return settings_.most_beyond; }
     double demand() const noexcept { return settings_.demand; }
     // Mu, since the stroke was first learned.
@@ -396,6 +399,7 @@ private:
         }
         if (!learned()) return Verdict::none;
         was_learned_ = true;
+        cycles_ = 0;
         steady_excess_ = excess_;
         steady_offset_ = offset_;
         doubted_ = false;

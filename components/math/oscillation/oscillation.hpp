@@ -299,10 +299,10 @@ private:
         if (leg().kind == Kind::closing || inside) begin_braking(braking, holds);
     }
 
-    // The deceleration that ends at the dead point.
+    // The deceleration that ends where the axis may stand.
     double needed(const StrokePlan::Moment& now) const noexcept {
         const double way = leg().arrival.bound - now.position;
-        return Braking::needed(plan().upward() ? way : -way, std::abs(now.velocity));
+        return Braking::needed((plan().upward() ? way : -way) - leg().margin(), std::abs(now.velocity));
     }
 
     // In this period, to which time_ has not advanced yet.
@@ -341,7 +341,8 @@ private:
 
     void wait() noexcept {
         velocity_ = acceleration_ = 0;
-        const bool inside = position_ >= lower_ - nothing && position_ <= upper_ + nothing;
+        const bool stands = next_ != Kind::regular || !leg().ends_outside();
+        const bool inside = stands && position_ >= lower_ - nothing && position_ <= upper_ + nothing;
         due_ |= stop_ == Stop::withdraw && !withdraws();
         if ((stop_ == Stop::at_once && inside) || (next().kind == Kind::none && !due_)) {
             state_ = State::rest;

@@ -30,6 +30,7 @@ struct OscillationLeg {
         double braking = 1;       // part of the acceleration
         double length = 0;        // of the stroke
         double turning = 0;       // mu/s2, of its last moment
+        double wait = 0;          // s, the longest one after it
     };
 
     Kind kind = Kind::none;
@@ -44,8 +45,13 @@ struct OscillationLeg {
     double acceleration = 0;       // mu/s2, the largest by which it was planned
     OscillationSettings settings;  // when it was planned
 
-    // Beyond the dead point.
-    bool ends_outside() const noexcept { return kind != Kind::closing && arrival.offset > nothing; }
+    // Mu, by which an axis must stand inside a dead point whose end is learned for a turn: it moves farther
+    // out where the command stays, or leaves with less acceleration.
+    double margin() const noexcept { return kind == Kind::regular ? settings.caution : 0; }
+    // Where an axis may not stand, nor leave by another stroke.
+    bool ends_outside() const noexcept {
+        return kind != Kind::closing && arrival.offset > nothing - margin();
+    }
 
     // Where it begins, and what is in force then.
     struct Begin {
@@ -67,7 +73,9 @@ struct OscillationLeg {
         if (upward ? bound <= from + nothing : bound >= from - nothing)
             bound = upward ? begin.upper : begin.lower;
         const bool regular = whole && begin.lower == latest.lower && begin.upper == latest.upper &&
-                             now.speed == latest.speed && now.sections == latest.sections;
+                             now.speed == latest.speed && now.sections == latest.sections &&
+                             now.lower_dwell == latest.lower_dwell &&
+                             now.upper_dwell == latest.upper_dwell && now.exact_stop == latest.exact_stop;
         const double opposite = whole    ? upward ? begin.lower : begin.upper
                                 : upward ? std::min(from, begin.lower)
                                          : std::max(from, begin.upper);
@@ -110,6 +118,7 @@ struct OscillationLeg {
         arrival.acceleration = at_turn;
         arrival.speed = now.speed;
         arrival.braking = now.braking;
+        arrival.wait = dwell + exact_stop;
         return request;
     }
 

@@ -820,6 +820,45 @@ TEST_F(Learned, NoEndAndNoHoldIsTakenForALackOfForce) {
     }
 }
 
+// Axes that turn an eighth of the stroke inside, or that a full feed-forward takes beyond where the command stands
+// or leaves slowly.
+TEST_F(Chopping, NothingThatAnOperatorDoesTakesAQuickAxisBeyondOrIntoAFault) {
+    struct Axis {
+        double gain, forward;
+    };
+    for (const Axis& axis : {Axis{22, 0}, Axis{30, 0.5}, Axis{50, 1}}) {
+        SCOPED_TRACE(axis.gain);
+        Bench own;
+        wire(own);
+        for (const char* line :
+             {"setp chop.feed 130", "setp chop.max-feed 500", "setp chop.max-rate 500",
+              "setp chop.max-acceleration 10000", "setp chop.max-output-accel 100000",
+              "setp chop.max-correction 8", "setp chop.jerk-time 0.02", "setp chop.learn 1",
+              "setp axis.force-limit 20000", "setp axis.friction 0.1"})
+            own.command(line);
+        own.set("axis.servo-gain", axis.gain);
+        own.set("axis.feed-forward", axis.forward);
+        own.set("chop.run", 1);
+        own.run(25);
+        ASSERT_EQ(own.get("chop.learned"), 1);
+        own.expect("z <= -7.995 && z >= -20.005", {{"z", "axis.truth-position"}});
+        own.expect("f == 0", {{"f", "chop.fault-code"}});
+        const struct {
+            const char* pin;
+            double value, then;
+        } changes[] = {{"chop.override", 0.5, 1},     {"chop.override", 0.2, 1},
+                       {"chop.feed-hold", 1, 0},      {"chop.lower-dwell", 0.3, 0},
+                       {"chop.upper-dwell", 0.05, 0}, {"chop.feed", 100, 130},
+                       {"chop.exact-stop", 0.01, 0},  {"chop.override", 0.9, 1}};
+        for (const auto& [pin, value, then] : changes)
+            for (const double now : {value, then}) {
+                own.set(pin, now);
+                own.run(2.5);
+            }
+        EXPECT_EQ(own.get("chop.learned"), 1);
+    }
+}
+
 TEST_F(Learned, AJamAndADriveWithoutForceAreToldInTheStroke) {
     ASSERT_EQ(get("learned"), 1);
     const double stroke = 3.1416 * 12 / 60 / 2;
@@ -827,7 +866,7 @@ TEST_F(Learned, AJamAndADriveWithoutForceAreToldInTheStroke) {
         bench.run(jam ? 0.4 : 0.55);
         bench.set(jam ? "axis.friction" : "axis.force-limit", jam ? 20 : 200);
         const double begin = bench.time();
-        while (get("fault-code") == 0 && bench.time() < begin + 5) bench.run(0.005);
+        while (get("fault-code") != 21 && bench.time() < begin + 5) bench.run(0.005);
         EXPECT_EQ(get("fault-code"), 21);
         EXPECT_LE(bench.time() - begin, stroke);
         bench.run(1);

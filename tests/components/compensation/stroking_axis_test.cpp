@@ -146,7 +146,7 @@ TEST_F(StrokingAxisTest, AnAxisThatDoesNotTurnAtADeadPointStopsTheStroke) {
     values.learning = {0, 0.7, 1, 0.002, 0.005};
     now.orders.run = true;
     double farthest = -100;
-    for (int i = 0; i < 20000 && it.fault() == Fault::none; ++i) {
+    for (int i = 0; i < 20000 && it.fault() != Fault::lost; ++i) {
         farthest = std::max(farthest, it.command());
         now.joint = farthest += 1e-6;
         it.step(now, values, dt);
@@ -154,6 +154,29 @@ TEST_F(StrokingAxisTest, AnAxisThatDoesNotTurnAtADeadPointStopsTheStroke) {
     EXPECT_EQ(it.fault(), Fault::lost);
     run(1);
     EXPECT_FALSE(it.motion().moves());
+}
+
+// Not when its turn is judged, which is half a stroke later.
+TEST_F(StrokingAxisTest, ADeadPointThatIsPassedIsToldInThatPeriod) {
+    values.learn = true;
+    values.inset = 0.3;
+    values.max_drift = 1;
+    values.learning = {0, 0.7, 1, 0.002, 0.005};
+    start();
+    run(40);
+    ASSERT_TRUE(it.supervision().learning().learned());
+    const auto arrives = [&] {
+        const auto& its = it.motion().oscillation().arrival();
+        return its.happened && its.regular && its.upper;
+    };
+    for (int i = 0; i < 20000 && !arrives(); ++i) step();
+    run(0.01);
+    now.joint = values.upper + 0.0045;
+    it.step(now, values, dt);
+    EXPECT_EQ(it.fault(), Fault::none);
+    now.joint = values.upper + 0.0055;
+    it.step(now, values, dt);
+    EXPECT_EQ(it.fault(), Fault::beyond);
 }
 
 }  // namespace

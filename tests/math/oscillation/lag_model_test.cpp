@@ -21,7 +21,7 @@ struct Strokes {
 
     // One; returns the largest difference from the last ones.
     double stroke(double w, double extra = 0) {
-        model.stroke(true);
+        model.stroke(true, waits, amplitude * w, 2 * amplitude);
         largest = 0;
         for (double phase = 0; phase < pi; phase += w * dt, time += dt) {
             const double sign = up ? 1 : -1, v = sign * amplitude * w * std::sin(phase),
@@ -33,7 +33,7 @@ struct Strokes {
         up = !up;
         return largest;
     }
-    bool up = true;
+    bool up = true, waits = false;
 };
 
 TEST(LagModel, PredictsAFasterStrokeFromSlowOnes) {
@@ -49,6 +49,38 @@ TEST(LagModel, AJamShowsWithinTheStroke) {
     for (int i = 0; i < 6; ++i) strokes.stroke(2);
     EXPECT_LT(strokes.stroke(2), 0.02);
     EXPECT_GT(strokes.stroke(2, 0.5), 0.45);
+}
+
+// So the stroke in which a force drops explains neither itself nor the next one.
+TEST(LagModel, AStrokeThatEndsWrongTeachesNothing) {
+    for (const bool right : {false, true}) {
+        Strokes strokes;
+        for (int i = 0; i < 6; ++i) strokes.stroke(2);
+        strokes.waits = true;
+        strokes.stroke(2);
+        strokes.model.judge(true);
+        const double band = strokes.model.band(), peak = strokes.model.peak();
+        strokes.stroke(2, 0.2);
+        strokes.stroke(2);  // which begins before the last one is judged
+        EXPECT_EQ(strokes.model.band(), band);
+        strokes.model.judge(right);
+        if (right) {
+            EXPECT_GT(strokes.model.band(), 0.15);
+            EXPECT_NEAR(strokes.model.peak(), peak + 0.2, 0.01);
+        } else {
+            EXPECT_EQ(strokes.model.band(), band);
+            EXPECT_EQ(strokes.model.peak(), peak);
+        }
+    }
+}
+
+TEST(LagModel, AStrokeThatWasNotWholeIsLeftOut) {
+    Strokes strokes;
+    for (int i = 0; i < 6; ++i) strokes.stroke(2);
+    const int strokes_before = strokes.model.strokes();
+    strokes.model.stroke(false, false, 40, 40);
+    strokes.model.judge(true);
+    EXPECT_EQ(strokes.model.strokes(), strokes_before);
 }
 
 // The axis lags, and follows up to an acceleration.
