@@ -69,6 +69,12 @@ def read(path):
         return file.read()
 
 
+def readings(axis):
+    """A line of the shell that writes the readings on squareness's page into the file of an axis."""
+    rows = re.findall(r"(?m)^    (position,.*|[\d.]+,[\d.,]+)$", read(os.path.join(ROOT, "components/compensation/squareness/README.md")))
+    return "printf '%%s\\n' %s > %s_readings.csv" % (" ".join(rows), axis)
+
+
 HERE = Run(".")
 
 # By page: a command, or the beginning of one and "...".
@@ -150,6 +156,12 @@ COMMANDS = {
         "build/bin/plumb bench ...": HERE,
         "build/bin/plumb squareness ...": HERE,
         "scripts/test -R portal_linuxcnc": chosen("portal_linuxcnc"),
+        "plumb squareness --chain w-X-Y.b-Z-C-t --square ...": Run("empty"),
+        "plumb volume reversal x_readings.csv ...": Run("empty", before=readings("x"), then="grep -q X, x.csv"),
+        "plumb volume reversal y_readings.csv ...": Run("empty", before=readings("y"), then="grep -q Y, y.csv"),
+        "plumb squareness --table x.csv --ini my.ini": Run("empty", before=readings("x") + """
+plumb volume reversal x_readings.csv --axis X --output x.csv
+printf '[JOINT_0]\\nBACKLASH = 0\\n' > my.ini"""),
     },
     "components/compensation/thermal_displacement/README.md": {
         "build/bin/plumb bench ...": HERE,

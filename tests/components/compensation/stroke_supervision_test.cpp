@@ -235,7 +235,7 @@ TEST_F(Supervision, AScaleOfAnotherUnitStopsTheStroke) {
     };
     start();
     run(30);
-    EXPECT_EQ(faults, std::set<Fault>{Fault::scale});
+    EXPECT_EQ(faults, (std::set<Fault>{Fault::beyond, Fault::scale})) << "beyond, by this scale";
     EXPECT_TRUE(stops);
 }
 
