@@ -48,9 +48,12 @@ class Around:
 
     def is_filled(self):
         """Whether the panel is on the screen."""
-        from Xlib import X
+        from Xlib import X, error
 
-        return any(child.get_attributes().map_state == X.IsViewable for child in self.window.query_tree().children)
+        try:
+            return any(child.get_attributes().map_state == X.IsViewable for child in self.window.query_tree().children)
+        except (error.BadWindow, error.BadDrawable):
+            return False  # it has just gone
 
 
 class Panel:
@@ -91,7 +94,7 @@ class Panel:
     def close(self):
         os.kill(int(self.pid), 15)
         latest = time.monotonic() + PATIENCE
-        while words_of(self.pid):
+        while words_of(self.pid) or self.around.is_filled():
             if time.monotonic() > latest:
                 raise RuntimeError("the panel does not end")
             self.pace(TICK)
