@@ -146,7 +146,8 @@ std::string failure_of(client::Client& host, const Texts& lines, const std::stri
     return words.substr(0, words.find('\n'));  // further lines come from programs that pass the failure on
 }
 
-// Half of the way to 1024 is left after each period; the first one of LinuxCNC 2.10 is for functions of initf alone.
+// Half of the way to 1024 is left after each period; the first one of LinuxCNC 2.10 is for functions of initf
+// alone.
 #ifdef PLUMB_LINUXCNC_2_10
 constexpr double after_ten_periods = 1022;
 #else
@@ -206,13 +207,13 @@ Findings linuxcnc(const Trial& trial) {
     if (fits)
         findings.push_back({Mark::ok, "LinuxCNC " + *version + "."});
     else
-        findings.push_back(
-            {Mark::wrong,
-             "LinuxCNC " + *version + ": this Plumb was built for " + series +
-                 ". plumb-host and interlock work with this series only. Install the package of Plumb for your "
-                 "LinuxCNC, build Plumb again, or install LinuxCNC " +
-                 series + " again.",
-             as_root("apt install --allow-downgrades 'linuxcnc-uspace=*" + series + "*'")});
+        findings.push_back({Mark::wrong,
+                            "LinuxCNC " + *version + ": this Plumb was built for " + series +
+                                ". plumb-host and interlock work with this series only. Install the package "
+                                "of Plumb for your "
+                                "LinuxCNC, build Plumb again, or install LinuxCNC " +
+                                series + " again.",
+                            as_root("apt install --allow-downgrades 'linuxcnc-uspace=*" + series + "*'")});
     if (!trial.stock_failed.empty())
         findings.push_back({Mark::wrong, "Its HAL does not work in Plumb's host: " + trial.stock_failed,
                             as_root("apt install --reinstall linuxcnc-uspace")});

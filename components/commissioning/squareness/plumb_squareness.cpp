@@ -206,8 +206,8 @@ void print_gantry(const SquarenessOptions& options, const SquarenessAdvice& advi
                   (its->uncertainty ? formatted(" +- %.*f (k=2)", options.machine.inch ? 5 : 4,
                                                 2 * *its->uncertainty * (second - first) / unit)
                                     : " +- unknown") +
-                  (options.machine.inch ? " in" : " mm") + " to HOME_OFFSET of the joint at " + letters(across) +
-                  formatted(" %g", second / unit) + ", home again, and leave " + beam +
+                  (options.machine.inch ? " in" : " mm") + " to HOME_OFFSET of the joint at " +
+                  letters(across) + formatted(" %g", second / unit) + ", home again, and leave " + beam +
                   " at 0. Or set " + beam + " as below, and leave HOME_OFFSET. Never do both.",
               "  ");
     paragraph("Not seen: the scatter of the home switches, a beam that turns along " + letters(drive) +
@@ -231,7 +231,7 @@ void print_tables(const SquarenessOptions& options) {
                   << '\n';
     for (const auto& [axis, table] : read.tables)
         std::cout << formatted("%c from %g to %g %s\n", axis, table.first(), table.last(),
-                                   error_table_file::is_rotary(axis) ? "deg" : "mm");
+                               error_table_file::is_rotary(axis) ? "deg" : "mm");
 }
 
 // Throws std::runtime_error with the file and the reason.

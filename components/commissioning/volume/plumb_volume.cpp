@@ -644,8 +644,8 @@ static int carry_out(int argc, char** argv) {
     reversing->add_flag("--json", r.json, "Prints JSON.");
 
     TurnOptions t;
-    CLI::App* const turning =
-        app.add_subcommand("turn", "Predicts what a circle keeps of lost motion, and the largest feed.");
+    CLI::App* const turning = app.add_subcommand(
+        "turn", "Predicts the error that lost motion leaves on a circle, and the largest feed.");
     turning->add_option("--lost-motion", t.lost, "Lost motion, as 10um.")->required();
     CLI::Option* const feed =
         turning->add_option("--feed", t.feed, "Feed, mm/min.")->check(CLI::Range(1.0, 1e6));

@@ -32,10 +32,10 @@ puts the result into a table that the axis has already.
 BACKLASH and COMP_FILE of LinuxCNC correct the same error. Delete their lines before you use the table. --ini refuses a table
 beside them.)"},
          {"TURN",
-          R"(plumb volume turn --lost-motion 10um --feed 3000 --radius 50 predicts, before the cut, what a corrected circle keeps where an
-axis turns: the correction needs some milliseconds for its way. It prints the largest feed at which --allowed 2um is kept, by
-radius. --acceleration is reversal-acceleration of squareness, --distance its reversal-distance. The circular deviation G with the
-correction is never above the one without; the largest distance from the mean circle is, where the turn comes late.)"},
+          R"(plumb volume turn --lost-motion 10um --feed 3000 --radius 50 predicts, before the cut, the error of a corrected circle where an
+axis turns: the correction needs some milliseconds for its way. It prints, by radius, the largest feed at which the error stays
+within --allowed 2um. --acceleration is reversal-acceleration of squareness, --distance its reversal-distance. The correction never
+makes the circular deviation G larger. If the turn comes late, it can make the largest distance from the mean circle larger.)"},
          {"CIRCLE",
           R"(plumb volume circle CCW.csv CW.csv reads paths of a ballbar after ISO 230-4: lines angle,radius in deg and mm, below a
 head:

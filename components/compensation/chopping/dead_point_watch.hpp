@@ -28,7 +28,7 @@ public:
     struct Present {
         bool learns = false;
         bool without_override = true;
-        double speed = 0;  // mu/s
+        double speed = 0;              // mu/s
         std::array<double, 2> wait{};  // s, the longest one at the lower and the upper dead point
     };
 
@@ -72,8 +72,7 @@ public:
             const double wait = std::exchange(wait_[upper], arrival_[upper].wait);
             if (wait_[upper] != wait || wait_[upper] != present.wait[upper])
                 lag_.begin();  // a stroke from rest begins with another lag
-            lag_.stroke(whole_, learning_.was_learned() && present.without_override, now.speed,
-                        now.length);
+            lag_.stroke(whole_, learning_.was_learned() && present.without_override, now.speed, now.length);
             whole_ = true;
             shown_.begin(now.upward, now.duration, now.dt);
         }
@@ -173,7 +172,7 @@ private:
     ShownAcceleration shown_;
     Arrival arrival_[2];  // lower, upper
     double position_[2] = {0, 0}, error_[2] = {0, 0};
-    int doubts_[2] = {0, 0};  // of the scale, in a row
+    int doubts_[2] = {0, 0};   // of the scale, in a row
     double wait_[2] = {0, 0};  // s, at the dead points before the last strokes
     bool passed_ = false;      // the dead point that is metered
     bool metering_ = false, upward_ = false, upward_now_ = false, whole_ = false, paused_ = true;

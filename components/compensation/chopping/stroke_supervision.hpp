@@ -125,8 +125,8 @@ private:
                                          std::abs(oscillation.plan().to() - oscillation.plan().from()),
                                          oscillation.speed(),
                                          oscillation.state() == Oscillation::State::waiting};
-        const DeadPointWatch::Present present{
-            values.learn, values.override_value == 1, in_force.speed(part(values)), in_force.longest_waits()};
+        const DeadPointWatch::Present present{values.learn, values.override_value == 1,
+                                              in_force.speed(part(values)), in_force.longest_waits()};
         switch (watch_.step(now, present)) {
             case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;
             case DeadPointWatch::Event::slips: found = {Fault::slips, true}; break;

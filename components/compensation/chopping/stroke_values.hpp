@@ -121,8 +121,8 @@ struct StrokeValues {
         std::uint32_t number() const noexcept { return whole(lead) * 31 + whole(jerk_time); }
     };
 
-    // A number that changes with what decides where an axis turns beside the stroke itself: the command, and
-    // whether it waits at a dead point.
+    // A number that changes with the command and with the waits at the dead points. They decide, beside the
+    // stroke itself, where an axis turns.
     std::uint32_t turning(const Command& command) const noexcept {
         std::uint32_t number = command.number();
         for (const double value : {stroke.lower_dwell, stroke.upper_dwell, exact_stop})

@@ -200,7 +200,8 @@ private:
         const bool moved = motion_.moves();
         motion_.oscillation().see_axis(
             !(values.exact_stop > 0) ||
-            (now.measurable && std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
+            (now.measurable &&
+             std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
         motion_.step(
             {now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given), values.stop()},
             wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {

@@ -6,7 +6,7 @@
 
 namespace plumb {
 
-// The corrections of X, Y and Z, as a vector, and of U, V or W, each on its way to the one that is wanted.
+// The corrections of X, Y and Z, as a vector, and of U, V or W: each on its way to the wanted correction.
 struct CorrectionRamps {
     RampedCorrection xyz;
     RampedCorrectionOf<1> parallel;

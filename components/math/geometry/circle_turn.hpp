@@ -6,8 +6,8 @@
 
 namespace plumb {
 
-// What a circle keeps of lost motion where an axis turns, corrected by squareness. The load stands until the
-// motor has gone back by B, by its command and by the correction, which begins after h:
+// The error that lost motion leaves on a circle where an axis turns, corrected by squareness. The load stands
+// until the motor has gone back by B, by its command and by the correction, which begins after h:
 //
 //     an t²/2 + a (t - th)²/2 = B      th = sqrt(2 h / an)      e = an t²/2      while the correction speeds
 //     up e = 1/2 ((sqrt(2 h a) + 2 sqrt(B an)) / (sqrt a + sqrt an))²               while it slows down

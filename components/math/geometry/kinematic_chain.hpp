@@ -258,8 +258,8 @@ private:
         if (rotary_) tip.by_rotary = (rotation * tip.by_rotary).eval();
     }
 
-    // The part of member k that a vector goes with: the guide that its tilt turns, what carries it, or what
-    // it carries.
+    // The part of member k that a vector goes with: the guide that its tilt turns, the members that carry it,
+    // or the members that it carries.
     enum class Part { guide, before, behind };
 
     // A vector that goes with member k, or with the end as k = size: turned as the members before it turn it.

@@ -30,8 +30,8 @@ struct AxisTilt {
 template <typename T>
 using PerAxis = std::array<T, 4>;
 
-// The place of a rotary axis: a point of it, and what the machine has beside the drawing. A, B, C in this
-// order.
+// The place of a rotary axis: a point of it, and the errors of the machine against the drawing. A, B, C in
+// this order.
 struct RotaryPlace {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();   // mu, nominal, with X, Y and Z at 0
     Eigen::Vector3d error = Eigen::Vector3d::Zero();   // mu, (EX0, EY0, EZ0)

@@ -238,7 +238,7 @@ public:
 
     bool learned() const noexcept { return good_ >= 2; }
     bool was_learned() const noexcept { return was_learned_; }  // since learning began
-    int cycles() const noexcept { return cycles_; }  // at full speed, in which it was not learned
+    int cycles() const noexcept { return cycles_; }             // at full speed, in which it was not learned
     double most_beyond() const noexcept { return settings_.most_beyond; }
     double demand() const noexcept { return settings_.demand; }
     // Mu, since the stroke was first learned.

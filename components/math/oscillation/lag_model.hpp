@@ -63,8 +63,8 @@ public:
     // Three strokes have been learned.
     bool known() const noexcept { return strokes_ >= 3; }
     int strokes() const noexcept { return strokes_; }
-    double band() const noexcept { return band_; }    // mu, the largest difference in the last strokes
-    double peak() const noexcept { return peak_; }    // mu, the largest lag in the last stroke
+    double band() const noexcept { return band_; }      // mu, the largest difference in the last strokes
+    double peak() const noexcept { return peak_; }      // mu, the largest lag in the last stroke
     double speed() const noexcept { return speed_; }    // mu/s, the peak of the last stroke
     double length() const noexcept { return length_; }  // mu, of the last stroke
 

@@ -74,8 +74,8 @@ struct OscillationLeg {
             bound = upward ? begin.upper : begin.lower;
         const bool regular = whole && begin.lower == latest.lower && begin.upper == latest.upper &&
                              now.speed == latest.speed && now.sections == latest.sections &&
-                             now.lower_dwell == latest.lower_dwell &&
-                             now.upper_dwell == latest.upper_dwell && now.exact_stop == latest.exact_stop;
+                             now.lower_dwell == latest.lower_dwell && now.upper_dwell == latest.upper_dwell &&
+                             now.exact_stop == latest.exact_stop;
         const double opposite = whole    ? upward ? begin.lower : begin.upper
                                 : upward ? std::min(from, begin.lower)
                                          : std::max(from, begin.upper);

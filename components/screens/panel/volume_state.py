@@ -113,7 +113,7 @@ def temperature(growths, values):
 
 
 def corners(places):
-    """Those of the places at both ends of each axis, of the tool that comes first."""
+    """The places at both ends of each axis, for the first tool."""
     ends = [{least, most} for least, most in ((min(values), max(values)) for values in zip(*(its["at"] for its in places)))]
     return [its for its in places if its["tool"] == places[0]["tool"] and all(at in end for at, end in zip(its["at"], ends))]
 

@@ -57,7 +57,7 @@ def draw(seed):
 
 
 def kept(play, machine):
-    """What a circle keeps of lost motion by the law of the turn, in mm: volume model of play, without drive."""
+    """The error that lost motion leaves on a circle, by the law of the turn, in mm: volume model of play, without drive."""
     a, an = ACCELERATION, machine.speed**2 / machine.radius
     if an > a:
         return max(play * an / (an + a), kept_below(play, a, a))

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Each setting of chopping changes in each phase of its strokes. `scripts/campaign strokes` goes on with other seeds.
+// Each setting of chopping changes in each phase of its strokes. `scripts/campaign strokes` goes on with
+// other seeds.
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/chopping_axis.hpp"
@@ -174,7 +175,8 @@ private:
         if (!rests) return set(setting, value);
         const double place = get("command");
         set(setting, value);
-        for (const double z : bench_.trace(0.02, {"chop.command"}).column("chop.command")) EXPECT_EQ(z, place);
+        for (const double z : bench_.trace(0.02, {"chop.command"}).column("chop.command"))
+            EXPECT_EQ(z, place);
     }
 
     void enter(Phase phase) {
@@ -255,7 +257,8 @@ TEST_P(ChoppingSettingsAttack, NoSettingThatChangesInAnyPhaseBreaksALimitOrMoves
 }
 
 INSTANTIATE_TEST_SUITE_P(Strokes, ChoppingSettingsAttack,
-                         testing::Values(std::pair(false, false), std::pair(true, false), std::pair(false, true)));
+                         testing::Values(std::pair(false, false), std::pair(true, false),
+                                         std::pair(false, true)));
 
 TEST(ChoppingSettingsAttack, LeavesOutNoSetting) {
     Bench bench;
@@ -263,8 +266,10 @@ TEST(ChoppingSettingsAttack, LeavesOutNoSetting) {
     int count = 0;
     for (const auto& [name, wired] : wiring(bench)) {
         const std::string pin = name.substr(name.find('.') + 1);
-        if (wired.output || name.find("chop.") != 0 || pin.find("restore-") == 0 || others.count(pin) > 0) continue;
-        const std::string like = pin.find("section-") == 0 && pin[8] > '1' ? "section-1" + pin.substr(9) : pin;
+        if (wired.output || name.find("chop.") != 0 || pin.find("restore-") == 0 || others.count(pin) > 0)
+            continue;
+        const std::string like =
+            pin.find("section-") == 0 && pin[8] > '1' ? "section-1" + pin.substr(9) : pin;
         EXPECT_EQ(settings.count(like), 1u) << pin;
         ++count;
     }

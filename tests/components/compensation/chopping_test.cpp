@@ -210,8 +210,12 @@ TEST(ChoppingInstances, TwoStrokeEachForItself) {
         bench.set(name + "." + pin, value);
     };
     for (const auto& [name, axis] : {std::pair<std::string, std::string>{"wheel", "z"}, {"table", "w"}}) {
-        for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{
-                 {"max-acceleration", 1000}, {"min-limit", -300}, {"max-limit", 300}, {"homed", 1}, {"motion-enabled", 1}})
+        for (const auto& [pin, value] :
+             std::vector<std::pair<std::string, double>>{{"max-acceleration", 1000},
+                                                         {"min-limit", -300},
+                                                         {"max-limit", 300},
+                                                         {"homed", 1},
+                                                         {"motion-enabled", 1}})
             set(name, pin, value);
         bench.command("net " + name + "-command " + name + ".command => " + axis + ".position-cmd");
         bench.command("net " + name + "-feedback " + axis + ".position => " + name + ".joint-feedback");
@@ -820,8 +824,8 @@ TEST_F(Learned, NoEndAndNoHoldIsTakenForALackOfForce) {
     }
 }
 
-// Axes that turn an eighth of the stroke inside, or that a full feed-forward takes beyond where the command stands
-// or leaves slowly.
+// Axes that turn an eighth of the stroke inside, or that a full feed-forward takes beyond where the command
+// stands or leaves slowly.
 TEST_F(Chopping, NothingThatAnOperatorDoesTakesAQuickAxisBeyondOrIntoAFault) {
     struct Axis {
         double gain, forward;
@@ -846,10 +850,9 @@ TEST_F(Chopping, NothingThatAnOperatorDoesTakesAQuickAxisBeyondOrIntoAFault) {
         const struct {
             const char* pin;
             double value, then;
-        } changes[] = {{"chop.override", 0.5, 1},     {"chop.override", 0.2, 1},
-                       {"chop.feed-hold", 1, 0},      {"chop.lower-dwell", 0.3, 0},
-                       {"chop.upper-dwell", 0.05, 0}, {"chop.feed", 100, 130},
-                       {"chop.exact-stop", 0.01, 0},  {"chop.override", 0.9, 1}};
+        } changes[] = {{"chop.override", 0.5, 1},    {"chop.override", 0.2, 1},     {"chop.feed-hold", 1, 0},
+                       {"chop.lower-dwell", 0.3, 0}, {"chop.upper-dwell", 0.05, 0}, {"chop.feed", 100, 130},
+                       {"chop.exact-stop", 0.01, 0}, {"chop.override", 0.9, 1}};
         for (const auto& [pin, value, then] : changes)
             for (const double now : {value, then}) {
                 own.set(pin, now);

@@ -19,7 +19,9 @@ struct Guarded : testing::Test {
     std::vector<double> values = std::vector<double>(2, 0.0);
 
     Guarded() { allow({100, 50, 1000}); }
-    void allow(const GuardedOffset::Limits& limits, bool moves = false) { it.allow(limits, moves, farthest, dt); }
+    void allow(const GuardedOffset::Limits& limits, bool moves = false) {
+        it.allow(limits, moves, farthest, dt);
+    }
     void follow(double target, double seconds, bool holds = false) {
         for (int i = 0; i < seconds / dt - 0.5; ++i) {
             it.step(target, holds, dt);
@@ -124,7 +126,8 @@ TEST_F(Guarded, ASmallerAccelerationLetsAMotionEndAtItsPlace) {
     allow({100, 50, 1000}, true);
     const double end = 10;
     follow(end - 0.5, 2);
-    for (double left = 0.1; left > 0; left -= dt) follow(end - 50 * left * left, dt);  // brakes with 100 mu/s2
+    for (double left = 0.1; left > 0; left -= dt)
+        follow(end - 50 * left * left, dt);  // brakes with 100 mu/s2
     allow({100, 50, 10});
     follow(end, dt);
     allow({100, 50, 10});

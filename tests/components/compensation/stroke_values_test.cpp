@@ -50,7 +50,10 @@ TEST_F(Values, EachReasonRefusesTheStroke) {
         {[](StrokeValues& its) { its.speed_value = 201; }, Fault::speed},
         {[](StrokeValues& its) { its.speed_value = 0; }, Fault::speed},
         {[](StrokeValues& its) { its.speed_kind = 5; }, Fault::speed},
-        {[](StrokeValues& its) { its.stroke.sections[0] = {SpeedSection::height, 20, 30, 0}; }, Fault::sections},
+        {[](StrokeValues& its) {
+             its.stroke.sections[0] = {SpeedSection::height, 20, 30, 0};
+         },
+         Fault::sections},
         {[](StrokeValues& its) {
              its.stroke.sections[0] = {SpeedSection::height, 20, 30, 0.5};
              its.stroke.sections[1] = {SpeedSection::height, 25, 35, 0.5};
@@ -69,8 +72,9 @@ TEST_F(Values, EachReasonRefusesTheStroke) {
         {[](StrokeValues& its) { its.lead = 0.01; }, Fault::lead},  // without a jerk-time
         {[](StrokeValues& its) { its.stroke.highest = 39; }, Fault::soft_limit},
         {[](StrokeValues& its) { its.stroke.lowest = 11; }, Fault::soft_limit},
-        {[](StrokeValues& its) { its.max_offset = 39.9; }, Fault::soft_limit},  // R to the lower dead point is 40
-        {[](StrokeValues& its) { its.taper = 3.8; }, Fault::soft_limit},        // R - 3.8 x 40 is below -100
+        {[](StrokeValues& its) { its.max_offset = 39.9; },
+         Fault::soft_limit},                                              // R to the lower dead point is 40
+        {[](StrokeValues& its) { its.taper = 3.8; }, Fault::soft_limit},  // R - 3.8 x 40 is below -100
         {[](StrokeValues& its) { its.taper = 3.7; }, Fault::none},
     };
     const StrokeValues good = it;
@@ -104,7 +108,8 @@ TEST_F(Values, ALeadAddsItsTimeTimesTheJerk) {
 
 TEST_F(Values, EachKindOfSpeedGivesItsPeak) {
     constexpr double pi = 3.14159265358979;
-    const std::vector<std::pair<double, double>> kinds{{60, 60}, {60, 30 * pi}, {0.5, 15 * pi}, {2, 15 * pi}, {2, 15 * pi}};
+    const std::vector<std::pair<double, double>> kinds{
+        {60, 60}, {60, 30 * pi}, {0.5, 15 * pi}, {2, 15 * pi}, {2, 15 * pi}};
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
         it.speed_kind = static_cast<int>(kind);
         it.speed_value = kinds[kind].first;
