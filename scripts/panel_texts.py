@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""All texts that plumb panel shows: those of its sources, comments "for gettext" too, and of the declarations.
+"""All texts that plumb panel shows: the texts in its sources, comments "for gettext" too, and in the declarations.
 
     python3 scripts/panel_texts.py BUILD
 

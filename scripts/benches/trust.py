@@ -227,7 +227,7 @@ def record(host, folder, seed, attacks, duration, progress, growth=None, second=
     return read_columns(path)
 
 
-UNCERTAIN = (8, 9, 10)  # doubt-code: an uncertain growth, or one of which a part is held back: the panel shows it, without a message
+UNCERTAIN = (8, 9, 10)  # doubt-code: the growth is uncertain, or authority holds a part of it back. The panel shows it, without a message
 NOTICES = (*UNCERTAIN, UNKNOWN)
 
 
@@ -365,7 +365,7 @@ def machine_table(rate, rows, hours):
         f"  part of the rms that is removed: median {np.median(benefit):.0%}, p10 {np.percentile(benefit, 10):.0%}",
         f"  machines whose rms is worse by more than 1 um: {sum(w > 1 for w in worse)}; the worst by {max(worse):.1f} um",
         f"  cuts more than {WORSE} um worse: {limit_text(bad, cuts)}",
-        f"  ... of tools whose contacts count: {limit_text(of_gauges, gauge_cuts)}; of the others: {limit_text(bad - of_gauges, cuts - gauge_cuts)}",
+        f"  ... with tools whose contacts count: {limit_text(of_gauges, gauge_cuts)}; with the other tools: {limit_text(bad - of_gauges, cuts - gauge_cuts)}",
         f"  of these within the gate and 3 sigma: {bad - beyond}, not announced {silent - silent_beyond}; beyond: {beyond}, not announced {silent_beyond}",
         f"  |error| <= 2 sigma: {np.nanmean(within):.0%} of the cuts, lowest machine {np.nanmin(within):.0%}",
         f"  announced: {np.mean([row['announced'] for row in rows]):.0%} of the cuts",

@@ -35,7 +35,7 @@ using RotarySlopes = Eigen::Matrix3d;
 //     R(q) · move by -P
 //
 // P is a point of the axis on an ideal machine. On the work's side q, (EX, EY, EZ) and the angle about the
-// axis itself are negated. Errors are those in the directions of the machine, whatever q is.
+// axis itself are negated. Errors have the directions of the machine at any q.
 class KinematicChain {
 public:
     struct Settings {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the page Tables and uncertainty asks plumb volume, and what it shows of the answer; without a screen."""
+"""The questions of the page Tables and uncertainty to plumb volume, and the answers that it shows; without a screen."""
 
 import configparser
 import json
