@@ -49,7 +49,7 @@ class Judged(unittest.TestCase):
         lines = "\n".join(trust.machine_table(500, rows, 2))
         self.assertIn("more than 5 um worse: 2 of 4 (50.00%", lines)
         self.assertIn("whose contacts count: 1 of 2 (50.00%", lines)
-        self.assertIn("the others: 1 of 2", lines)
+        self.assertIn("the other tools: 1 of 2", lines)
         self.assertIn("50.0% after the first part, 25.0% by the panel's status alone", lines)
         self.assertIn("in 100 h: 0.0 messages, 50.0 times", lines)
 
