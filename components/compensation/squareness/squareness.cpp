@@ -87,7 +87,7 @@ struct Squareness final : hal::Component {
         for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
         parallel_ = axes_.parallel_axis();
         model_ = SquarenessModel(axes_, unit.millimetres());
-        settings.judge(axes_);
+        settings.prepare(axes_);
         model_.set(settings.values(), reader_.tool(), false);
     }
 
@@ -105,7 +105,7 @@ struct Squareness final : hal::Component {
         const bool by_program = coordinated;
         compensated.step(model_.velocity(reader_.motion()), by_program);
         const bool left_out = reversal.watch_compensation(axes_, tables_.in_use());
-        const bool edited = settings.judge(axes_) || left_out;
+        const bool edited = settings.judge() || left_out;
         const bool reloaded = take_over_tables();
         reversal.move(settings.values(), reloaded || left_out, dt);
         const bool homed = all_homed, enabled = enable, was_active = model_.active();

@@ -45,6 +45,7 @@ struct SquarenessAxis final : hal::Group {
         // An invalid value keeps its last good one, and sets `bad`.
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
+            if (now == last) return now;
             now.pivot = plumb::usable(pivot, farthest, last.pivot);
             for (int i = 0; i < 3; ++i)
                 if (!(std::abs(angles[i]) < 0.1)) now.angles[i] = last.angles[i];

@@ -96,7 +96,8 @@ public:
             c = correction_.at(q, tool_, led_to_, share_);
             result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 &&
                             std::abs(share_.slope) <= 0.5 &&
-                            c.by_rotary.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() * millimetres_ <= 0.5;
+                            (!correction_.chain().has_rotary() ||
+                             c.by_rotary.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() * millimetres_ <= 0.5);
             if (!result.steady) {
                 led_to_.setZero();
                 share_ = {};
@@ -178,6 +179,7 @@ private:
 
     template <typename Function>
     void for_each_rotary(const Function& call) const noexcept {
+        if (!correction_.chain().has_rotary()) return;
         for (const AxisBranch* branch : {&axes_.work, &axes_.tool})
             for (const Axis axis : branch->members)
                 if (rotary(axis)) call(axis);

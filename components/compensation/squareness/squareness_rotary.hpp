@@ -50,6 +50,7 @@ struct SquarenessRotary final : hal::Group {
         // An invalid value keeps its last good one, and sets `bad`.
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
+            if (now == last) return now;
             for (int i = 0; i < 3; ++i) {
                 now.point[i] = plumb::usable(point[i], farthest, last.point[i]);
                 now.error[i] = plumb::usable(error[i], misplaced, last.error[i]);

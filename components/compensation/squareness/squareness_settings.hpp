@@ -15,7 +15,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <tuple>
+#include <type_traits>
 
 namespace plumb {
 
@@ -96,17 +96,6 @@ struct SquarenessSettings final : hal::Group {
         double max_rotary_speed = 3600;
         double reversal_distance = 0.0005, reversal_rate = 0.9, reversal_acceleration = 125;
 
-        bool operator==(const Values& other) const noexcept {
-            const auto all = [](const Values& v) {
-                return std::tie(v.axes, v.rotaries, v.max_rotary_speed, v.axis_direction, v.to_bed,
-                                v.parallel_axis_corrects, v.radial_is_diameter, v.radial_offset,
-                                v.radial_direction, v.reference_tool_offset, v.max_angle, v.max_correction,
-                                v.max_rate, v.max_speed, v.settling_time, v.reversal_distance,
-                                v.reversal_rate, v.reversal_acceleration);
-            };
-            return all(*this) == all(other);
-        }
-
         const SquarenessAxis::Settings& of(Axis axis) const noexcept {
             return axes[static_cast<std::size_t>(axis)];
         }
@@ -130,15 +119,16 @@ struct SquarenessSettings final : hal::Group {
         bool directed() const noexcept { return std::abs(radial_direction) <= 1e6; }
     };
 
+    void prepare(const AxisChain& chain) noexcept {
+        chain_ = chain;
+        judge();
+    }
+
     // Reads the settings, and puts them in force unless they contradict themselves. Returns false if
     // nothing has changed.
-    bool judge(const AxisChain& chain) noexcept {
-        const Values given = read();
-        const bool changed = !(given == given_);
-        if (changed) {
-            given_ = given;
-            judge(given, chain);
-        }
+    bool judge() noexcept {
+        const bool changed = read();
+        if (changed) judge(given_);
         for (const Axis axis : all_axes) axes[static_cast<std::size_t>(axis)].show(values_.angles(axis));
         return changed;
     }
@@ -154,33 +144,41 @@ private:
     static constexpr Axis all_axes[] = {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W};
     static constexpr Axis rotary_axes[] = {Axis::A, Axis::B, Axis::C};
 
-    Values read() const noexcept {
-        Values given;
-        for (std::size_t i = 0; i < given.axes.size(); ++i) given.axes[i] = axes[i].read();
-        for (std::size_t i = 0; i < given.rotaries.size(); ++i) given.rotaries[i] = rotaries[i].read();
-        given.axis_direction = axis_direction;
-        given.to_bed = to_bed;
-        given.parallel_axis_corrects = parallel_axis_corrects;
-        given.radial_is_diameter = radial_is_diameter;
-        given.radial_offset = radial_offset;
-        given.radial_direction = radial_direction;
-        for (int i = 0; i < 3; ++i) given.reference_tool_offset[i] = reference_tool_offset[i];
-        given.max_angle = max_angle;
-        given.max_correction = max_correction;
-        given.max_rate = max_rate;
-        given.max_speed = max_speed;
-        given.max_rotary_speed = max_rotary_speed;
-        given.settling_time = settling_time;
-        given.reversal_distance = reversal_distance;
-        given.reversal_rate = reversal_rate;
-        given.reversal_acceleration = reversal_acceleration;
-        return given;
+    // Returns whether a setting has changed.
+    bool read() noexcept {
+        bool changed = false;
+        const auto take = [&changed](auto& given, const auto& pin) {
+            const std::decay_t<decltype(given)> now = pin;
+            changed |= !(given == now);
+            given = now;
+        };
+        for (std::size_t i = 0; i < given_.axes.size(); ++i) take(given_.axes[i], axes[i].read());
+        next_rotary_ = (next_rotary_ + 1) % given_.rotaries.size();
+        for (std::size_t i = 0; i < given_.rotaries.size(); ++i)
+            if (i == next_rotary_ || chain_.has(rotary_axes[i])) take(given_.rotaries[i], rotaries[i].read());
+        take(given_.axis_direction, axis_direction);
+        take(given_.to_bed, to_bed);
+        take(given_.parallel_axis_corrects, parallel_axis_corrects);
+        take(given_.radial_is_diameter, radial_is_diameter);
+        take(given_.radial_offset, radial_offset);
+        take(given_.radial_direction, radial_direction);
+        for (int i = 0; i < 3; ++i) take(given_.reference_tool_offset[i], reference_tool_offset[i]);
+        take(given_.max_angle, max_angle);
+        take(given_.max_correction, max_correction);
+        take(given_.max_rate, max_rate);
+        take(given_.max_speed, max_speed);
+        take(given_.max_rotary_speed, max_rotary_speed);
+        take(given_.settling_time, settling_time);
+        take(given_.reversal_distance, reversal_distance);
+        take(given_.reversal_rate, reversal_rate);
+        take(given_.reversal_acceleration, reversal_acceleration);
+        return changed;
     }
 
-    void judge(const Values& given, const AxisChain& chain) noexcept {
+    void judge(const Values& given) noexcept {
         bool bad_value = false;
         const Values usable = usable_of(given, bad_value);
-        const Fault contradiction = contradiction_of(usable, chain);
+        const Fault contradiction = contradiction_of(usable);
         fault_ = contradiction != Fault::none ? contradiction : bad_value ? Fault::value : Fault::none;
         if (contradiction != Fault::none) return;
         values_ = usable;
@@ -195,6 +193,7 @@ private:
             any_tilt_ |= !values_.of(axis).angles.isZero(0);
         }
         for (const Axis axis : rotary_axes) {
+            if (!chain_.has(axis)) continue;
             const SquarenessRotary::Settings& its = values_.of_rotary(axis);
             limited_ |= values_.place(axis).angles != its.angles;
             any_tilt_ |= !its.angles.isZero(0) || !its.error.isZero(0);
@@ -221,7 +220,7 @@ private:
         return now;
     }
 
-    static Fault contradiction_of(const Values& usable, const AxisChain& chain) noexcept {
+    Fault contradiction_of(const Values& usable) const noexcept {
         if (usable.max_speed == 0) return Fault::speed;
         if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
               rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
@@ -231,15 +230,17 @@ private:
               accelerations.contains(usable.reversal_acceleration)))
             return Fault::limit;
         for (const Axis axis : all_axes)
-            if (!chain.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;
+            if (!chain_.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;
         for (const Axis axis : rotary_axes)
-            if (!chain.has(axis) && !usable.of_rotary(axis).names_nothing()) return Fault::axis;
-        if (usable.parallel_axis_corrects && !chain.parallel_axis()) return Fault::axis;
-        if (usable.to_bed && !chain.stacked()) return Fault::datum;
+            if (!chain_.has(axis) && !usable.of_rotary(axis).names_nothing()) return Fault::axis;
+        if (usable.parallel_axis_corrects && !chain_.parallel_axis()) return Fault::axis;
+        if (usable.to_bed && !chain_.stacked()) return Fault::datum;
         if (usable.radius() != 0 && !usable.directed()) return Fault::direction;
         return Fault::none;
     }
 
+    AxisChain chain_;
+    std::size_t next_rotary_ = 0;                       // of those that the chain does not have, to be read
     Values given_;                                      // the last time
     Values values_;                                     // the last good set
     Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of values_

@@ -28,9 +28,7 @@ struct AxisList {
 struct AxisBranch : AxisList<4> {
     AxisList<7> members;
 
-    bool has(Axis axis) const noexcept {
-        return std::find(members.begin(), members.end(), axis) != members.end();
-    }
+    bool has(Axis axis) const noexcept { return has_ >> static_cast<int>(axis) & 1; }
     // An axis rides on one parallel to it.
     bool stacked() const noexcept {
         for (const Axis* a = begin(); a != end(); ++a)
@@ -39,6 +37,7 @@ struct AxisBranch : AxisList<4> {
     }
     void add(Axis axis) noexcept {
         members.add(axis);
+        has_ |= 1u << static_cast<int>(axis);
         if (!rotary(axis)) AxisList::add(axis);
     }
     AxisBranch reversed() const noexcept {
@@ -46,6 +45,9 @@ struct AxisBranch : AxisList<4> {
         for (const Axis* axis = members.end(); axis != members.begin();) result.add(*--axis);
         return result;
     }
+
+private:
+    unsigned has_ = 0;  // a bit for each axis
 };
 
 // Which axes carry the work and which the tool: X, Y, Z, at most one of U, V and W, and rotary ones.

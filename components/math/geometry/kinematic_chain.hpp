@@ -8,7 +8,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <array>
 #include <cstddef>
+#include <optional>
 
 namespace plumb {
 
@@ -147,7 +149,10 @@ private:
         Eigen::Vector3d rotation_half = Eigen::Vector3d::Zero();  // rad, ω
     };
 
-    using Errors = std::array<Error, 7>;
+    struct Errors {
+        PerAxis<Error> linear;
+        std::optional<std::array<Error, 3>> rotary;  // of a chain that has such axes
+    };
 
     // On the work's side an axis turns the work the other way.
     double sign_of(const TiltedBranch& branch) const noexcept { return &branch == &work_ ? -1 : 1; }
@@ -218,23 +223,29 @@ private:
     }
 
     static const Error& of(const Errors& errors, Axis axis) noexcept {
-        return errors[static_cast<std::size_t>(coordinate(axis))];
+        if (rotary(axis)) return (*errors.rotary)[static_cast<std::size_t>(direction(axis))];
+        return errors.linear[static_cast<std::size_t>(coordinate(axis))];
     }
 
     Errors errors_at(const AxisPosition& q) const noexcept {
         Errors result;
-        for (std::size_t i = 0; i < errors_.size(); ++i) {
-            if (!errors_[i].given) continue;
-            const RigidBodyError now =
-                errors_[i].error.at(i < 4 ? q[static_cast<Eigen::Index>(i)] : angles_[i - 4]);
-            const RigidBodyError& slope = errors_[i].error.slope;
-            result[i] = {true, now.translation, slope.translation, rotation(now.angles),
-                         angular_rate(now.angles, slope.angles)};
-            if (!directed_) continue;
-            result[i].translation_half = errors_[i].error.half.translation;
-            result[i].rotation_half = angular_rate(now.angles, errors_[i].error.half.angles);
-        }
+        for (std::size_t i = 0; i < 4; ++i)
+            take_error(errors_[i], q[static_cast<Eigen::Index>(i)], result.linear[i]);
+        if (!rotary_) return result;
+        result.rotary.emplace();
+        for (std::size_t i = 0; i < 3; ++i) take_error(errors_[i + 4], angles_[i], (*result.rotary)[i]);
         return result;
+    }
+
+    void take_error(const Source& source, double position, Error& result) const noexcept {
+        if (!source.given) return;
+        const RigidBodyError now = source.error.at(position);
+        const RigidBodyError& slope = source.error.slope;
+        result = {true, now.translation, slope.translation, rotation(now.angles),
+                  angular_rate(now.angles, slope.angles)};
+        if (!directed_) return;
+        result.translation_half = source.error.half.translation;
+        result.rotation_half = angular_rate(now.angles, source.error.half.angles);
     }
 
     // On the work's side too: the tip moves against the work.
@@ -254,6 +265,9 @@ private:
     void turn(const Eigen::Matrix3d& rotation, Tip& tip) const noexcept {
         tip.place = (rotation * tip.place).eval();
         tip.slopes = (rotation * tip.slopes).eval();
+        if (directed_ || rotary_) turn_rest(rotation, tip);
+    }
+    void turn_rest(const Eigen::Matrix3d& rotation, Tip& tip) const noexcept {
         if (directed_) tip.by_direction = (rotation * tip.by_direction).eval();
         if (rotary_) tip.by_rotary = (rotation * tip.by_rotary).eval();
     }
@@ -272,9 +286,7 @@ private:
             if (carried && rotary(branch.axis(i))) spin(branch.axis(i), sign_of(branch), v);
             if (carried && error.given) {
                 turn(error.rotation, v);
-                slope_of(branch.axis(i), v) += error.rotation_slope.cross(v.place);
-                if (directed_ && !rotary(branch.axis(i)))
-                    v.by_direction.col(coordinate(branch.axis(i))) += error.rotation_half.cross(v.place);
+                change_rotation(branch.axis(i), error, 1, v);
             }
             if (branch.turns(i, k)) turn(branch.tilt(i), v);
         }
@@ -287,18 +299,21 @@ private:
             const Axis axis = branch.axis(i);
             const Error& error = of(errors, axis);
             if (error.given) {
-                slope_of(axis, v) -= error.rotation_slope.cross(v.place);
-                if (directed_ && !rotary(axis))
-                    v.by_direction.col(coordinate(axis)) -= error.rotation_half.cross(v.place);
+                change_rotation(axis, error, -1, v);
                 turn(error.rotation.transpose(), v);
             }
             if (rotary(axis)) spin(axis, -sign_of(branch), v);
         }
     }
 
-    static Eigen::Ref<Eigen::Vector3d> slope_of(Axis axis, Tip& v) noexcept {
-        return rotary(axis) ? Eigen::Ref<Eigen::Vector3d>(v.by_rotary.col(direction(axis)))
-                            : Eigen::Ref<Eigen::Vector3d>(v.slopes.col(coordinate(axis)));
+    // What the rotation by the error of an axis, sign 1, or back, -1, adds to the slopes of a vector.
+    void change_rotation(Axis axis, const Error& error, double sign, Tip& v) const noexcept {
+        if (rotary(axis)) {
+            v.by_rotary.col(direction(axis)) += sign * error.rotation_slope.cross(v.place);
+            return;
+        }
+        v.slopes.col(coordinate(axis)) += sign * error.rotation_slope.cross(v.place);
+        if (directed_) v.by_direction.col(coordinate(axis)) += sign * error.rotation_half.cross(v.place);
     }
 
     TiltedBranch work_, tool_;
