@@ -142,7 +142,9 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
           Contradiction{{{"max-correction", -1}}, 4}, Contradiction{{{"max-rate", not_a_number}}, 4},
           Contradiction{{{"max-speed", -1}}, 4}, Contradiction{{{"max-speed", 2e5}}, 4},
           Contradiction{{{"max-speed", 0}}, 10}, Contradiction{{{"eb0w", 10 * urad}}, 5},
-          Contradiction{{{"u-pivot", 10}}, 5}, Contradiction{{{"to-bed", 1}}, 6},
+          Contradiction{{{"u-pivot", 10}}, 5}, Contradiction{{{"c-x-pivot", 10}}, 5},
+          Contradiction{{{"ez0a", 0.01}}, 5}, Contradiction{{{"ea0b", 10 * urad}}, 5},
+          Contradiction{{{"to-bed", 1}}, 6},
           Contradiction{{{"radial-offset", 30}, {"radial-direction", not_a_number}}, 7}}) {
         SCOPED_TRACE(settings.begin()->first);
         Square::Values own;
