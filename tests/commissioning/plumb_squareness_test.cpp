@@ -156,6 +156,29 @@ TEST(PlumbSquareness, MeasurementsGiveAngleSignAndUncertainty) {
     EXPECT_THAT(artifact, HasSubstr("Note: EC0Y is less than its uncertainty with k=2"));
 }
 
+TEST(PlumbSquareness, AnOpeningIsThatOfThePart) {
+    const auto given = [](const std::string& object) {
+        return output_of(
+            {"--chain", "w-Z.b-X-Y-C-t", "--opening", "plane=XY,object=" + object + ",angle=80urad,U=6urad"});
+    };
+    EXPECT_THAT(given("part"), HasSubstr("setp square.ec0y 8e-05 "));
+    EXPECT_THAT(given("part"), HasSubstr("    k=1   3.0000e-06 "));
+    EXPECT_THAT(given("artifact"), HasSubstr("setp square.ec0y -8e-05 "));
+}
+
+TEST(PlumbSquareness, RotaryAxesOfAChainStandAtZero) {
+    const Texts square = {"--square", "move=Z,plunger=+X,at=0:300mm,reads=0:24um,u=1um"};
+    const auto lines = [&](const std::string& chain) {
+        Texts all = {"--chain", chain};
+        all.insert(all.end(), square.begin(), square.end());
+        return hal_lines(output_of(all));
+    };
+    EXPECT_THAT(lines("w-C-A-Y.b-X-Z-t"), HasSubstr("square.eb0z 8"));
+    const auto settings = [](const std::string& text) { return text.substr(text.find("setp")); };
+    EXPECT_EQ(settings(lines("w-C-A-Y.b-X-Z-t")), settings(lines("w-Y.b-X-Z-t")));
+    EXPECT_EQ(squareness({"--chain", "w-A-A-Y.b-X-Z-t"}).status, 2);
+}
+
 // The component with the lines for the .hal file in an output.
 void set_up(Bench& bench, const std::string& output) {
     const Folder folder;
@@ -321,6 +344,7 @@ TEST(PlumbSquareness, OutputInJsonIsAnInputThatGivesItself) {
          "--frame",      "column"},
         {"--diagonals", "plane=XY,object=artifact,rising=565.708mm,falling=565.662mm,U=30um,own=1arcsec",
          "--datum", "Y,X"},
+        {"--opening", "plane=YZ,object=part,angle=20urad,u=1urad"},
         {},
     };
     for (const Texts& command : commands) {
@@ -370,7 +394,7 @@ TEST(PlumbSquareness, RefusalOfADocumentNamesItsPlace) {
         {R"([])", "the document: it is no object { }"},
         {R"({"chain":"w-Z.b-X-Y-t","unit":"cm"})", "unit: 'cm' is not mm or inch"},
         {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"move":"Y"}]})",
-         "measurements[0]: by is missing: square, diagonals or points"},
+         "measurements[0]: by is missing: square, diagonals, opening or points"},
         {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"by":"square","move":"Y","plunger":"+X","at":[0,"300"]}]})",
          "measurements[0].at: the list has something that is no number"},
         {R"({"chain":"w-Z.b-X-Y-t","measurements":[{"by":"square","move":"W","plunger":"+X","at":[0,300],
@@ -498,19 +522,23 @@ std::string words_of(const std::string& text) {
 TEST(PlumbSquareness, GivesTheHomeOffsetThatTurnsABeamSquare) {
     const auto beam = [](const std::string& chain, const std::string& datum, const std::string& square,
                          const std::string& gantry) {
-        return words_of(output_of({"--chain", chain, "--datum", datum, "--square", square, "--gantry", gantry}));
+        return words_of(
+            output_of({"--chain", chain, "--datum", datum, "--square", square, "--gantry", gantry}));
     };
     const std::string square = "move=X,plunger=+Y,at=0:300mm,reads=0:24um,u=1um";
     const std::string text = beam("w.b-Y-X-Z-C-t", "Y,X", square, "Y=100mm:1300mm");
     EXPECT_THAT(text, HasSubstr("EC0X 8.0000e-05"));
     EXPECT_THAT(text, HasSubstr("Add +0.0960 +- 0.0113 (k=2) mm to HOME_OFFSET of the joint at X 1300"));
     // Z on two screws across X: the sign is the other one. The beam leans by +Z over X: EB0X < 0.
-    EXPECT_THAT(beam("w-Y.b-Z-X-C-t", "Z,X", "move=X,plunger=+Z,at=0:300mm,reads=0:24um,u=1um", "Z=0mm:1000mm"),
-                HasSubstr("Add +0.0800 +- 0.0094 (k=2) mm to HOME_OFFSET of the joint at X 1000"));
-    EXPECT_THAT(words_of(output_of({"--chain", "w.b-Y-X-Z-C-t", "--iso", "EA0Y=1urad", "--gantry", "Y=0mm:1200mm"})),
-                HasSubstr("The beam is EC0X, which was not measured. With --datum Y,X a square shows it."));
+    EXPECT_THAT(
+        beam("w-Y.b-Z-X-C-t", "Z,X", "move=X,plunger=+Z,at=0:300mm,reads=0:24um,u=1um", "Z=0mm:1000mm"),
+        HasSubstr("Add +0.0800 +- 0.0094 (k=2) mm to HOME_OFFSET of the joint at X 1000"));
+    EXPECT_THAT(
+        words_of(output_of({"--chain", "w.b-Y-X-Z-C-t", "--iso", "EA0Y=1urad", "--gantry", "Y=0mm:1200mm"})),
+        HasSubstr("The beam is EC0X, which was not measured. With --datum Y,X a square shows it."));
     for (const char* wrong : {"Z=0mm:1200mm", "Y=0mm:5mm", "Y=1200mm", "X=0mm:1200mm", "Y=1200mm:0mm"})
-        EXPECT_EQ(squareness({"--chain", "w-X.b-Y-Z-C-t", "--gantry", wrong, "--iso", "EC0Y=1urad"}).status, 2)
+        EXPECT_EQ(squareness({"--chain", "w-X.b-Y-Z-C-t", "--gantry", wrong, "--iso", "EC0Y=1urad"}).status,
+                  2)
             << wrong;
 }
 
@@ -519,8 +547,8 @@ TEST(PlumbSquareness, RefusesATableOfAnAxisThatLinuxCNCCompensates) {
     const std::string file = folder.write(
         "both.csv", "X,EXX+,EXX-\n0,0,0\n10,0,0\nY,EXY\n0,0\n10,0\nZ,EZZ\n0,0\n10,0\n# end, 6 rows\n");
     const auto refused = [&](const std::string& ini) {
-        const Outcome outcome =
-            squareness({"--table", file, "--ini", folder.write("my.ini", "[TRAJ]\nCOORDINATES = XYZ\n" + ini)});
+        const Outcome outcome = squareness(
+            {"--table", file, "--ini", folder.write("my.ini", "[TRAJ]\nCOORDINATES = XYZ\n" + ini)});
         EXPECT_EQ(outcome.status, outcome.errors.empty() ? 0 : 1);
         return outcome.errors;
     };
@@ -604,6 +632,11 @@ TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
         {{"--diagonals", "plane=XY,object=artifact,rising=5.2mm,falling=4.8mm,u=1um,own=0.09rad"},
          "the axes would be out of square by 0.16"},
         {{"--points", "object=part,u=1um"}, "file is missing"},
+        {{"--opening", "plane=XY,object=part,angle=20,u=1urad"}, "angle: '20' has no unit"},
+        {{"--opening", "plane=XY,object=part,angle=20urad"}, "one of u, the standard uncertainty, and U"},
+        {{"--opening", "plane=XX,object=part,angle=20urad,u=1urad"}, "plane=XX: the axes are parallel"},
+        {{"--opening", "plane=XY,object=part,angle=20deg,u=1urad"}, "angle=20deg is not below 0.1 rad"},
+        {{"--opening", "plane=XY,object=part,angle=20urad,u=0urad"}, "u: '0urad' is no uncertainty"},
     };
     for (const auto& [arguments, reason] : cases) {
         const Outcome outcome = squareness(arguments);

@@ -85,6 +85,36 @@ class Volume(unittest.TestCase):
         self.assertEqual(lines[4], "300,-0.001,0.009,0.003")
         self.assertIn("y.csv: holds a table of another axis", self.refused("reversal", self.readings(), "--axis", "X", "--output", "z.csv", "--into", "y.csv", "--reading-u", "1um").splitlines()[-1])
 
+    def test_readings_that_a_stranger_writes_are_refused_with_the_reason(self):
+        head = "position,up1,up2,down1,down2\n"
+        for text, reason in (
+            ("position;up1;up2;down1;down2\n100;0,0001;0,0002;0,01;0,0101\n", "line 1: the columns are separated by semicolons: separate them by commas"),
+            (head + "100,0,0001,0,0002,0,01,0,0101\n", "line 2: 9 values, but the header has 5; the decimal mark is a point"),
+            ("position,up1,up1,down1,down2\n100,0,0.0001,0.01,0.0101\n", "line 1: column 'up1' is there twice"),
+            ("Position,Up1\n100,0\n", "line 1: there is no column position; the header has 'Position', 'Up1'"),
+            ("# mill 7\nposition,up1,left1\n100,0,1\n", "line 2: column 'left1' is none of position, up1"),
+            (head + "100,0,0.0001,0.3,0.3001\n", "position 100 mm: the directions differ by 0.3 mm, more than 0.2 mm"),
+            (head + "0,0,0.0001,0.01,0.0101\n20,0,0.0001,0.07,0.0701\n", "position 20 mm: from -0.005 to -0.035 mm within 20 mm is too steep"),
+        ):
+            self.write("odd.csv", text)
+            self.assertIn("odd.csv: " + reason, self.refused("reversal", "odd.csv", "--axis", "X", "--output", "x.csv"))
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "x.csv")))
+        self.readings()
+        for option, value, reason in (
+            ("--reading-u", "-1um", "--reading-u: '-1um' is not 0 or more and below 1 mm"),
+            ("--own-u", "3inch", "plumb volume: --own-u: '3inch' has an unknown unit"),
+            ("--date", "2026-02-29", "--date: '2026-02-29' is no date"),
+        ):
+            self.assertIn(reason, self.refused("reversal", "readings.csv", "--axis", "X", option, value))
+        self.run_volume("reversal", "readings.csv", "--axis", "X", "--date", "2024-02-29", "--reading-u", "1um")
+
+    def test_a_table_that_leads_is_named(self):
+        self.write("lead.csv", "position,up1,up2,down1,down2\n0,0.01,0.0101,0,0.0001\n100,0.02,0.0201,0,0.0001\n")
+        output = self.run_volume("reversal", "lead.csv", "--axis", "X")
+        self.assertIn("from -20.00 um to -10.00 um along the travel", output)
+        self.assertIn("The lost motion is negative: the table leads.", output)
+        self.assertNotIn("On a circle", output)
+
     def test_an_axis_that_linuxcnc_compensates_is_refused(self):
         self.write("my.ini", "[TRAJ]\nCOORDINATES = X Y Z\n[JOINT_0]\nBACKLASH = 0.01\n")
         self.assertIn("my.ini: line 4: 'BACKLASH = 0.01': LinuxCNC compensates X already", self.refused("reversal", self.readings(), "--axis", "X", "--ini", "my.ini"))
@@ -132,6 +162,29 @@ class Volume(unittest.TestCase):
         angle = [its for its in json.loads(corner.stdout)["settings"] if its["pin"] == "ec0y"][0]
         self.assertAlmostEqual(float(angle["value"]), 50e-6, 7)
 
+    def test_the_opening_of_a_ballbar_is_entered_into_plumb_squareness(self):
+        output = self.run_volume("circle", self.ballbar("CCW", 50e-6, 0.01), self.ballbar("CW", 50e-6, 0.01))
+        words = [line for line in output.splitlines() if "--opening" in line][0].replace("CHAIN", "w-X.b-Y-Z-C-t").split()
+        corner = subprocess.run([os.path.join(BUILD, "bin", "plumb-squareness"), *words[2:], "--json"], capture_output=True, text=True, check=True)
+        angle = [its for its in json.loads(corner.stdout)["settings"] if its["pin"] == "ec0y"][0]
+        self.assertAlmostEqual(float(angle["value"]), 50e-6, 7)
+        self.assertIn("The angles of the clockwise path rise. They are read as places on the circle", " ".join(output.split()))
+        alone = self.run_volume("circle", "CCW.csv")
+        self.assertNotIn("--opening", alone)
+        self.assertNotIn("The angles of", alone)
+        body = self.run_volume("diagonals", "--box", "1000,1000,1000", "--deviations", "-10um,10um,10um,-10um", "--u", "1um")
+        self.assertIn("--opening plane=XY,object=part,angle=17.32urad,u=0.866urad", body)
+
+    def test_the_mean_radius_of_both_directions_is_stated(self):
+        for direction in ("CCW", "CW"):
+            text = self.read(self.ballbar(direction, lost=0.01))
+            more = 0.004 if direction == "CCW" else 0.002
+            self.write(direction + ".csv", "\n".join(line if line[0] in "#a" else "%s,%.6f" % (line.split(",")[0], float(line.split(",")[1]) + more) for line in text.splitlines()) + "\n")
+        found = json.loads(self.run_volume("circle", "CCW.csv", "CW.csv", "--json"))
+        self.assertAlmostEqual(found["D"] * 1000, 3, delta=0.02)
+        self.assertIn("D, mean radius less nominal       3.00 um", self.run_volume("circle", "CCW.csv", "CW.csv"))
+        self.assertNotIn("D", json.loads(self.run_volume("circle", "CCW.csv", "--json")))
+
     def test_wrong_ballbar_files_are_refused_with_line_and_value(self):
         self.assertIn("ring.csv: line 5: object: 'part of a ring' is not part; for a ring or ball", self.refused("circle", self.ballbar("CCW", name="ring.csv", head=" of a ring")))
         self.write("turn.csv", self.read(self.ballbar("CCW")).replace("CCW", "left"))
@@ -141,6 +194,18 @@ class Volume(unittest.TestCase):
         self.write("half.csv", "\n".join(self.read("CCW.csv").splitlines()[:400]) + "\n")
         self.assertIn("half.csv: the counter-clockwise path covers 197 deg, and needs 330 deg", self.refused("circle", "half.csv"))
         self.assertIn("CCW.csv: both paths go in the same direction", self.refused("circle", "CCW.csv", "CCW.csv"))
+        head, _end, points = self.read("CCW.csv").partition("angle,radius\n")
+        points = [line.split(",") for line in points.split()]
+        for name, changed, reason in (
+            ("radians.csv", ["%.6f,%s" % (math.radians(float(a)), r) for a, r in points], "line 6: the angles go from 0 to 6.274459 only; are they in deg?"),
+            ("deviation.csv", ["%s,%.6f" % (a, float(r) - 100) for a, r in points], "mm at 0 deg, 1 mm or more from the nominal 100"),
+        ):
+            self.write(name, head + "angle,radius\n" + "\n".join(changed) + "\n")
+            self.assertIn(reason, self.refused("circle", name))
+        self.write("feed.csv", self.read("CCW.csv").replace("feed: 3000", "feed: 0"))
+        self.assertIn("feed.csv: line 3: feed: 0 is not above 0", self.refused("circle", "feed.csv"))
+        self.write("radius.csv", self.read("CCW.csv").replace("radius: 100", "radius: 100 mm"))
+        self.assertIn("radius.csv: line 2: radius: '100 mm' is no number", self.refused("circle", "radius.csv"))
         self.write("bare.csv", "angle,radius\n0,100\n")
         self.assertIn("bare.csv: the head does not state plane: write # plane: ...", self.refused("circle", "bare.csv"))
 
@@ -156,11 +221,19 @@ class Volume(unittest.TestCase):
         self.assertIn("Straightness EYX: 9.00 um, U of each value 0.71 um", output)
         self.assertRegex(self.read("x.csv"), r"\A# date: 20\d\d-\d\d-\d\d\n# u: EYX 0\.000353553391\nX,EYX\n0,0\.0055\n")
         self.assertIn("'EXX' is no straightness", self.refused("straightedge", "edge.csv", "--error", "EXX", "--u", "1um"))
+        for u in ("0um", "-1um", "5mm"):
+            self.assertIn("--u: '%s' is not above 0 and below 1 mm" % u, self.refused("straightedge", "edge.csv", "--error", "EYX", "--u", u))
+        self.assertIn("--date: 'x' is no date", self.refused("straightedge", "edge.csv", "--error", "EYX", "--u", "1um", "--date", "x"))
+        self.write("um.csv", "position,before,turned\n0,9,0\n50,0,0\n100,0,0\n")
+        self.assertIn("um.csv: position 50 mm: from 0.75 to -1.5 mm within 50 mm is too steep", self.refused("straightedge", "um.csv", "--error", "EYX", "--u", "1um"))
 
     def test_a_bore_and_a_boss_need_the_pre_travel(self):
         output = self.run_volume("block", "--bore", "30", "--measured", "27.018", "--ball", "3", "--pre-travel", "4um", "--pre-travel-u", "1um", "--u", "0.5um")
         self.assertIn("Lost motion: 10.00 um +- 4.24 um (k = 2)", output)
         self.assertIn("+- unknown: the pre-travel has no uncertainty", self.run_volume("block", "--boss", "30", "--measured", "32.982", "--ball", "3", "--pre-travel", "4um", "--u", "1um"))
+        self.assertIn("--pre-travel: '-4um' is not 0 or more", self.refused("block", "--bore", "30", "--measured", "27.018", "--ball", "3", "--pre-travel", "-4um"))
+        short = ("block", "--bore", "30", "--measured", "26.99", "--ball", "3", "--pre-travel", "4um", "--pre-travel-u", "1um", "--u", "1um")
+        self.assertIn("The lost motion is negative: check the sizes", self.run_volume(*short))
         self.assertIn("give either --bore or --boss", self.refused("block", "--measured", "3", "--ball", "3", "--pre-travel", "4um"))
 
     def test_a_comp_file_becomes_a_table_and_comes_back(self):
@@ -184,8 +257,38 @@ class Volume(unittest.TestCase):
         self.write("steep.comp", "0 0 0\n1 0.5 0.5\n")
         self.assertIn("is too steep", self.refused("import", "--from", "linuxcnc", "steep.comp", "--axis", "X"))
         self.assertIn("--axis: 'A' is none of X Y Z U V W", self.refused("import", "--from", "linuxcnc", "bad.comp", "--axis", "A"))
+        self.write("um.comp", "0 0 10\n100 -2 8\n")
+        self.assertIn("um.comp: position 0 mm: the directions differ by 10 mm, more than 0.2 mm", self.refused("import", "--from", "linuxcnc", "um.comp", "--axis", "X"))
+        self.write("x.comp", "0 0 0.01\n100 -0.002 0.008\n")
+        for place in ("nan", "101"):
+            self.assertIn("the zero at %s mm is not within the positions of the table, 0 to 100 mm" % place, self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--zero", place))
+        for option, value, reason in (("--unit", "um", "--unit: 'um' is none of mm and inch"), ("--error", "EBX", "--error: a COMP_FILE has the scale")):
+            self.assertIn(reason, self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", option, value))
         self.assertEqual(volume("import", "--from", "heidenhain", "bad.comp", "--axis", "X", cwd=self.folder)[0], 2)
         self.assertIn("there is no option --axes", volume("import", "--from", "rtl", "bad.comp", "--axes", "X", cwd=self.folder)[2])
+
+    def test_readings_of_another_kind_need_their_error_and_unit(self):
+        text = "HEADER::\nType: Angular yaw\nTARGET DATA::\nTarget-count: 2\nTargets :\n0.0 100.0\nFlags: 0\nUSER-TEXT::\nRUNS::\nRun-count: 2\nDEVIATIONS::\nRun Target Data:\n1 1 0.0\n1 2 2.0\n2 2 3.0\n2 1 1.0\nENVIRONMENT::\nEOF::\n"
+        self.write("yaw.rtl", text)
+        given = ("import", "--from", "rtl", "yaw.rtl", "--axis", "X", "--output", "x.csv")
+        self.assertIn("yaw.rtl: line 2: 'Type: Angular yaw' is no linear measurement: its unit is not um. Give --error and --unit", self.refused(*given))
+        output = " ".join(self.run_volume(*given, "--error", "ECX", "--unit", "arcsec").split())
+        self.assertIn("At 100 mm, reached in + direction, X turns by 9.70 urad about Z, positive by the right hand.", output)
+        self.assertIn("X,ECX+,ECX-\n0,0,4.8481368", self.read("x.csv"))
+        for options, reason in (
+            (("--error", "ECX"), "--error: give the unit of ECX by --unit, urad or arcsec"),
+            (("--error", "EYX", "--unit", "urad"), "--error: give the unit of EYX by --unit, um"),
+            (("--error", "ECY", "--unit", "urad"), "--error: 'ECY' is no error of X, as EXX"),
+            (("--unit", "arcsec"), "--unit: 'arcsec' is no unit of the scale EXX: give --error, as EBX"),
+            (("--unit", "inch"), "--unit: 'inch' is none of um, urad and arcsec"),
+            (("--type", "0"), "--type is for a COMP_FILE of LinuxCNC"),
+        ):
+            self.assertIn(reason, self.refused(*given, *options))
+        self.write("side.rtl", text.replace("Angular yaw", "Straightness"))
+        self.run_volume("import", "--from", "rtl", "side.rtl", "--axis", "X", "--output", "x.csv", "--error", "EYX", "--unit", "um")
+        self.assertIn("X,EYX+,EYX-\n0,0,0.001\n100,0.002,0.003\n", self.read("x.csv"))
+        self.write("mm.rtl", text.replace("Angular yaw", "linear").replace("2.0", "0.002").replace("3.0", "0.003").replace("2 1 1.0", "2 1 0.001"))
+        self.assertIn("mm.rtl: the largest reading is 0.003 um; are the readings in um, not mm?", self.refused("import", "--from", "rtl", "mm.rtl", "--axis", "X"))
 
     COLUMN = ("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:800,Y=0:600,Z=-500:0", "--tool", "T3=0,0,-200")
 
@@ -285,11 +388,33 @@ class Volume(unittest.TestCase):
         self.assertRegex(output, r"R25 F\d+ R50 F\d+ R100 F\d+")
         self.assertIn("The turn comes late", self.run_volume("turn", "--lost-motion", "10um", "--feed", "5000", "--radius", "25"))
         self.assertEqual(volume("turn", "--lost-motion", "10um", "--feed", "3000", cwd=self.folder)[0], 2)
-        self.assertIn("is not from 0 to 200 um", self.refused("turn", "--lost-motion", "1mm"))
+        for option, value, reason in (("--lost-motion", "1mm", "not above 0 and up to 200 um"), ("--lost-motion", "0um", "not above 0"),
+                                      ("--allowed", "-2um", "not above 0"), ("--distance", "1mm", "not above 0 and up to 100 um")):
+            given = {"--lost-motion": "10um", option: value}
+            self.assertIn("%s: '%s' is %s" % (option, value, reason), self.refused("turn", *[word for pair in given.items() for word in pair]))
+        self.assertIn("R10    none: reversal-distance alone keeps more", self.run_volume("turn", "--lost-motion", "10um", "--allowed", "0.1um"))
 
-    def test_a_table_of_a_rotary_axis_is_refused(self):
-        self.write("c.csv", "C,EXC\n0,0\n360,0\n# end, 2 rows\n")
-        self.assertIn("c.csv: line 1: plumb volume takes no table of a rotary axis", self.refused(*self.COLUMN, "--table", "c.csv"))
+    def test_rotary_axes_stand_at_0_and_are_named(self):
+        self.write("c.csv", "C,EXC\n0,0\n360,0\nX,EXX\n0,0\n800,0\n# end, 4 rows\n")
+        tilt = ("--tilt", "EC0Y=1urad,u=1urad", "--table", "c.csv")
+        trunnion = json.loads(self.run_volume("uncertainty", "--chain", "w-C-A-X.b-Y-Z-t", *self.COLUMN[3:], "--json", *tilt))
+        self.assertEqual([(its["kind"], its["of"]) for its in trunnion["notes"]], [("rotary", "A, C")])
+        self.assertEqual(list(trunnion["tables"]), ["X"])
+        self.assertEqual(trunnion["places"], self.sure_of(*tilt)["places"])
+        self.assertEqual([its["of"] for its in self.sure_of(*tilt)["notes"]], ["C"])
+        self.assertEqual(json.loads(self.run_volume("uncertainty", "--chain", "w-X.b-Y-Z-C-t", *self.COLUMN[3:], "--json", *tilt[:2]))["notes"], [])
+        self.assertIn("c.csv: line 1: plumb volume takes no table of a rotary axis here", self.refused("export", "--to", "rtl", "c.csv", "--axis", "X"))
+
+    def test_a_clamped_rail_has_its_place(self):
+        self.write("w.csv", "# u: ECW 1e-6\nW,ECW\n0,0\n300,5e-5\n# end, 2 rows\n")
+
+        def diagonal(*place):
+            box = ",".join(("X=0:800,Y=0:600,Z=-500:0", *place))
+            return json.loads(self.run_volume("uncertainty", "--chain", "w-X.b-W-Y-Z-t", "--box", box, "--table", "w.csv", "--json"))["diagonals"][0]["without"]
+        self.assertAlmostEqual(diagonal(), 0, 9)
+        self.assertAlmostEqual(diagonal("W=300"), -5e-5 * 800 * 600 / math.sqrt(800**2 + 600**2 + 500**2), 5)  # Y turns, X does not
+        self.assertIn("--box: 'W=x' has no form as W=300", self.refused("uncertainty", "--chain", "w-X.b-W-Y-Z-t", "--box", "X=0:8,Y=0:6,Z=0:5,W=x", "--table", "w.csv"))
+        self.assertIn("names an axis that the chain does not have", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:8,Y=0:6,Z=0:5,W=3"))
 
     def test_a_table_of_another_temperature_is_less_sure(self):
         self.dated("# temperature: 20 degC\n")
@@ -344,8 +469,21 @@ class Volume(unittest.TestCase):
             ("--common", "square,EC0Y=1", "--common: 'square,EC0Y=1' has no form"),
             ("--repeatability", "X=20mm", "is not from 0 to 10 mm"),
             ("--reference", "X=nan", "--reference: 'X=nan' has no form"),
+            ("--tilt", "EC0Y=-80urad,EA0Z=3urad,u=4urad", "has two angles: give each its own --tilt"),
+            ("--tilt", "EC0Y=-80urad,u=-4urad", "--tilt: '-4urad' is not from 0 to 0.1 rad"),
+            ("--tilt", "EC0Y=10deg,u=4urad", "--tilt: 'EC0Y=10deg,u=4urad' is no angle below 0.1 rad"),
+            ("--common", "square,EC0Y=1,u=-3urad", "--common: '-3urad' is not from 0 to 0.1 rad"),
+            ("--today", "2026-99-99", "--today: '2026-99-99' is no date"),
+            ("--temperature", "24", "--temperature: '24' has no form as 24degC"),
         ):
             self.assertIn(reason, self.refused(*self.COLUMN, option, value))
+        self.assertIn("gives EC0Y a second time", self.refused(*self.COLUMN, "--tilt", "EC0Y=1urad,u=1urad", "--tilt", "EC0Y=2urad,u=1urad"))
+        self.assertIn("gives X a second time", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:9,X=0:8,Y=0:6,Z=0:5"))
+        self.write("x.csv", "# date: 20.11.2026\n# u: EXX 0.0005\n# drift: EXX 2e-6\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
+        self.assertIn("has the date '20.11.2026', which is none as 2026-11-20: its age is unknown", " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split()))
+        bare = " ".join(self.run_volume(*self.COLUMN).split())
+        self.assertIn("+- unknown: the machine has no uncertainty. Give each tilt as EC0Y=-80urad,u=4urad", bare)
+        self.assertNotIn("-0.00", bare)
         self.assertIn("--box: 'X=0:0' has no form", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:0,Y=0:1,Z=0:1"))
 
 

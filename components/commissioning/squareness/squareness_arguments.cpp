@@ -136,12 +136,31 @@ double own_angle(const std::string& text) {
     return angle;
 }
 
-SquarenessOptions::Measured diagonals_of(const SquarenessGiven::Fields& given, const AxisChain& chain) {
-    const Fields fields(given, {"plane", "object", "rising", "falling", "sides", "u", "U", "own", "own-u"});
+std::pair<Axis, Axis> plane_of(const Fields& fields, const AxisChain& chain) {
     const std::string plane = fields.text("plane");
     if (plane.size() != 2) refuse("plane=" + plane + " is not two axes such as XY");
     const Axis a = axis_of(plane.substr(0, 1), chain), b = axis_of(plane.substr(1), chain);
     if (parallel(a, b)) refuse("plane=" + plane + ": the axes are parallel and span no plane");
+    return {a, b};
+}
+
+// A corner that another program or instrument gives: a ballbar, body diagonals.
+SquarenessOptions::Measured opening_of(const SquarenessGiven::Fields& given, const AxisChain& chain) {
+    const Fields fields(given, {"plane", "object", "angle", "u", "U"});
+    const auto [a, b] = plane_of(fields, chain);
+    Corner corner{a, b, fields.angle("angle"), 0};
+    if (!(std::abs(corner.opening) < 0.1)) refuse("angle=" + fields.text("angle") + " is not below 0.1 rad");
+    if (fields.has("u") == fields.has("U"))
+        refuse("one of u, the standard uncertainty, and U, which is twice that, is wanted");
+    corner.uncertainty = fields.has("u") ? fields.read("u", own_angle) : fields.read("U", own_angle) / 2;
+    const MeasuredObject object = fields.object();
+    if (object == MeasuredObject::artifact) corner.opening = -corner.opening;
+    return {corner, "the opening of " + object_name(object)};
+}
+
+SquarenessOptions::Measured diagonals_of(const SquarenessGiven::Fields& given, const AxisChain& chain) {
+    const Fields fields(given, {"plane", "object", "rising", "falling", "sides", "u", "U", "own", "own-u"});
+    const auto [a, b] = plane_of(fields, chain);
     Diagonals d;
     d.rising = fields.length("rising");
     d.falling = fields.length("falling");
@@ -261,7 +280,7 @@ void read(const std::string& where, const std::string& text, Read read_text) {
 // The words of the options that may be given many times.
 struct Arguments {
     SquarenessGiven given;
-    Words leans, quantities, in_force, diagonals, squares, points;
+    Words leans, quantities, in_force, diagonals, squares, openings, points;
 };
 
 void add_once(const SquarenessQuantity& quantity, std::vector<SquarenessQuantity>& to) {
@@ -316,13 +335,13 @@ std::string usual_chain(const std::string& text) {
 void read_chain(const std::string& text, TiltedMachine& machine) {
     machine.chain_text = text;
     try {
-        machine.chain = AxisChainReader::read(text);
+        machine.chain = AxisChainReader::read_linear(text);
         return;
     } catch (const std::invalid_argument&) {
         const std::string usual = usual_chain(text);
         if (usual.empty() || usual == text) throw;
         try {
-            machine.chain = AxisChainReader::read(usual);
+            machine.chain = AxisChainReader::read_linear(usual);
         } catch (const std::invalid_argument& error) {
             refuse("read as " + usual + ": " + error.what());
         }
@@ -357,6 +376,7 @@ SquarenessGiven given_by(const Arguments& arguments) {
     };
     fields("--diagonals", arguments.diagonals, given.diagonals);
     fields("--square", arguments.squares, given.squares);
+    fields("--opening", arguments.openings, given.openings);
     fields("--points", arguments.points, given.points);
     return given;
 }
@@ -428,6 +448,8 @@ void take_squareness(const SquarenessGiven& given, SquarenessOptions& options) {
         read(its.where, its.text, [&] { options.measured.push_back(diagonals_of(its, machine.chain)); });
     for (const SquarenessGiven::Fields& its : given.squares)
         read(its.where, its.text, [&] { options.measured.push_back(square_of(its, machine.chain)); });
+    for (const SquarenessGiven::Fields& its : given.openings)
+        read(its.where, its.text, [&] { options.measured.push_back(opening_of(its, machine.chain)); });
     for (const SquarenessGiven::Fields& its : given.points)
         read(its.where, its.text, [&] { options.points.push_back(points_of(its)); });
 }
@@ -452,9 +474,11 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
              "A quantity of ISO 230-1, with its sign: EC0Y=-13.75arcsec. May be given many times.");
     add_list(
         "--diagonals", arguments->diagonals, "FIELDS",
-        "Two axes, by the diagonals of a square or rectangle. May be given many times, as the next two.");
+        "Two axes, by the diagonals of a square or rectangle. May be given many times, as the next three.");
     add_list("--square", arguments->squares, "FIELDS",
              "Two axes, by square and indicator: at two heights, or along a travel.");
+    add_list("--opening", arguments->openings, "FIELDS",
+             "Two axes, by the opening of their corner, as plumb volume circle and diagonals print it.");
     add_list("--points", arguments->points, "FIELDS",
              "Two axes, by points of a square, a ring or a polygon, in a CSV file.");
     add_list("--in-force", arguments->in_force, "NAME=ANGLE",

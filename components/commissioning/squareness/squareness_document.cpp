@@ -45,6 +45,7 @@ Json input_of(const SquarenessOptions& options) {
     };
     add("square", given.squares);
     add("diagonals", given.diagonals);
+    add("opening", given.openings);
     add("points", given.points);
     return input;
 }

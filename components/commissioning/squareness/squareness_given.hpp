@@ -33,7 +33,7 @@ struct SquarenessGiven {
     Text travel{"--travel", ""};
     Text directions{"--directions", ""};
     std::vector<Angle> leans, quantities, in_force;
-    std::vector<Fields> diagonals, squares, points;
+    std::vector<Fields> diagonals, squares, openings, points;
 };
 
 }  // namespace plumb::commissioning

@@ -12,7 +12,8 @@ hal::CommandPage squareness_page() {
 quantities of ISO 230-1, or measurements with diagonals, square and indicator, or a probe. It prints the direction and the
 angle of each tilt with its uncertainty, the lines for the .hal file, and one test move for each sign.
 
-Without tilts and measurements it lists the tilts that the chain can have.
+Without tilts and measurements it lists the tilts that the chain can have. Rotary axes of the chain, as in w-C-A-Y.b-X-Z-t, stand
+at 0 while you measure.
 
 An ANGLE is a number with a unit, rad, mrad, urad, deg, arcmin or arcsec, or a length per length: 60um/m, 0.06mm/m,
 0.02mm/300mm, 0.001in/ft, 0.02/300. A LENGTH is a number with um, mm, cm, m, in, ft or thou. Numbers have a decimal
@@ -86,6 +87,12 @@ other leg while the axis move, here Y, runs along it.
 For turned, touch the same face from the other side, with the plunger in the opposite direction, at the same positions. This
 cancels the error of the square. Two readings are enough; more are better. In a list without units, the last value has
 the unit for all.)"},
+         {"OPENING",
+          R"(A corner that plumb volume circle or plumb volume diagonals gives:
+
+  --opening plane=XY,object=part,angle=50urad,u=0.4urad
+
+angle is the amount by which the corner at both - ends is more than 90 deg. u is an ANGLE.)"},
          {"PROBED POINTS",
           R"(Points on the faces of a square or polygon, or around a ring:
 
@@ -134,7 +141,7 @@ wrong.)"},
 
 Only chain is necessary. The others are unit, reading, against, datum, travel, directions and frame, as the options of the
 same names. A lean has lean or the name of a quantity; u is its standard uncertainty, U twice u. A measurement is by
-square, diagonals or points, with the fields of this option. Numbers are rad and mm; texts have a unit. correction is
+square, diagonals, opening or points, with the fields of this option. Numbers are rad and mm; texts have a unit. correction is
 necessary beside in_force.
 
 The output repeats the document as input. --input takes the whole output, too, and prints it again. Its other keys:

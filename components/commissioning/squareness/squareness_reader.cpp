@@ -146,10 +146,10 @@ SquarenessGiven::Angle angle_in(const Object& object, const char* name) {
 
 void read_measurement(const std::string& where, const Json& json, SquarenessGiven& given) {
     if (!json.is_object() || !json.contains("by"))
-        refuse(where, "by is missing: square, diagonals or points");
+        refuse(where, "by is missing: square, diagonals, opening or points");
     const Json by{{"by", json["by"]}};
     const Object any(where, by, {"by"});
-    const int kind = any.word("by", {"square", "diagonals", "points"});
+    const int kind = any.word("by", {"square", "diagonals", "opening", "points"});
     const auto read = [&](const Object& object, std::initializer_list<const char*> texts,
                           std::initializer_list<const char*> lengths,
                           std::initializer_list<const char*> angles) {
@@ -171,6 +171,9 @@ void read_measurement(const std::string& where, const Json& json, SquarenessGive
             read(Object(where, json,
                         {"by", "plane", "object", "rising", "falling", "sides", "u", "U", "own", "own-u"}),
                  {"plane", "object"}, {"rising", "falling", "sides", "u", "U"}, {"own", "own-u"}));
+    else if (kind == 2)
+        given.openings.push_back(read(Object(where, json, {"by", "plane", "object", "angle", "u", "U"}),
+                                      {"plane", "object"}, {}, {"angle", "u", "U"}));
     else  // own-u is a length for a ring
         given.points.push_back(read(Object(where, json, {"by", "file", "object", "unit", "u", "U", "own-u"}),
                                     {"file", "object", "unit", "own-u"}, {"u", "U"}, {}));
@@ -204,7 +207,7 @@ SquarenessOptions read(const Json& json) {
     all.each("measurements",
              [&](const std::string& where, const Json& each) { read_measurement(where, each, given); });
     const bool found = !given.leans.empty() || !given.quantities.empty() || !given.squares.empty() ||
-                       !given.diagonals.empty() || !given.points.empty();
+                       !given.diagonals.empty() || !given.openings.empty() || !given.points.empty();
     if (found && !given.in_force.empty() && !all.has("correction"))
         refuse("correction", "it is missing: on if the angles in force acted as you measured, or off");
     options.machine.measured_with_correction = all.word("correction", {"on", "off"}) == 0;

@@ -41,11 +41,15 @@ std::string formatted(const char* format, Values... values) {
     return text;
 }
 
+// To this part of a unit, and never -0.
+double rounded(double value, double parts) {
+    return std::round(value * parts) / parts + 0.0;
+}
 std::string um(double mm) {
-    return formatted("%.2f um", mm * 1000);
+    return formatted("%.2f um", rounded(mm * 1000, 100));
 }
 std::string with_u(double value, double standard) {
-    return formatted("%.2f um +- %.2f um", value * 1000, 2 * standard * 1000);
+    return um(value) + formatted(" +- %.2f um", 2 * standard * 1000);
 }
 
 void say(const std::string& text) {
@@ -89,16 +93,40 @@ double length(const std::string& option, const std::string& text, double none = 
     }
 }
 
-// The text of an error table with this result. With --into it is the text of that file, with these columns
-// replaced.
-std::string reversal_table(const ReversalOptions& its, const ReversalResult& result) {
+// Not below 0, and less than 1 mm; `given`: above 0.
+double small_length(const std::string& option, const std::string& text, bool given = false) {
+    const double value = length(option, text);
+    if (!(value >= 0 && value < 1) || (given && value == 0))
+        throw std::invalid_argument(option + ": " + csv::quoted(text) + " is not " +
+                                    (given ? "above 0" : "0 or more") + " and below 1 mm");
+    return value;
+}
+
+// Refuses rows that squareness takes in no table.
+void check_rows(const std::string& file, const DirectionRows& rows, std::size_t error) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const std::string why = direction_rows::misfit(rows, i, error);
+        if (!why.empty())
+            throw std::runtime_error(file + ": position " + csv::decimal(rows[i].position) + " mm: " + why +
+                                     "; is each value in its unit?");
+    }
+}
+
+DirectionRows reversal_rows(const ReversalOptions& its, const ReversalResult& result) {
     DirectionRows rows;
-    double u = 0;
     for (const ReversalRow& row : result.rows) {
         const double mean = its.scale ? row.mean : 0;
         rows.push_back({row.position, mean + row.half, mean - row.half});
-        u = std::max(u, row.uncertainty);
     }
+    return rows;
+}
+
+// The text of an error table with this result. With --into it is the text of that file, with these columns
+// replaced.
+std::string reversal_table(const ReversalOptions& its, const ReversalResult& result) {
+    DirectionRows rows = reversal_rows(its, result);
+    double u = 0;
+    for (const ReversalRow& row : result.rows) u = std::max(u, row.uncertainty);
     if (rows.size() == 1) {
         const DirectionRow one = rows.front();
         rows = {{one.position - 1, one.up, one.down}, {one.position + 1, one.up, one.down}};
@@ -112,17 +140,20 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
 
 int reversal(const ReversalOptions& its) {
     check_axis(its.axis);
+    date_line(its.date);
+    const double reading = small_length("--reading-u", its.reading), own = small_length("--own-u", its.own);
     if (!its.ini.empty()) IniCompensation(its.ini).refuse(its.axis[0]);
     const std::vector<BothWays> places =
         its.recording ? read_recording(its.file, its.places, 0.002) : read_readings(its.file);
     ReversalResult result;
     try {
-        result = reversal_of(places, length("--reading-u", its.reading), length("--own-u", its.own));
+        result = reversal_of(places, reading, own);
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(its.file + ": " + error.what());
     }
+    check_rows(its.file, reversal_rows(its, result), 0);
     const std::string table = its.output.empty() ? "" : reversal_table(its, result);
-    double most = 0, least = 1e9;
+    double most = -1e9, least = 1e9;
     for (const ReversalRow& row : result.rows) {
         most = std::max(most, -2 * row.half);
         least = std::min(least, -2 * row.half);
@@ -151,9 +182,10 @@ int reversal(const ReversalOptions& its) {
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
         const CircleTurn turn{most, reversal_distance, reversal_acceleration};
-        say(formatted("On a circle of R50 this leaves %.1f um at F1000 and %.1f um at F3000 where ",
-                      turn.kept(1000 / 60.0, 50) * 1000, turn.kept(3000 / 60.0, 50) * 1000) +
-            its.axis + " turns, with the defaults of squareness; plumb volume turn computes others.");
+        if (most > 0)
+            say(formatted("On a circle of R50 this leaves %.1f um at F1000 and %.1f um at F3000 where ",
+                          turn.kept(1000 / 60.0, 50) * 1000, turn.kept(3000 / 60.0, 50) * 1000) +
+                its.axis + " turns, with the defaults of squareness; plumb volume turn computes others.");
         say("Test move: with the table in force, move " + its.axis +
             " to a place from either side. The indicator reads the same within U.");
     }
@@ -172,11 +204,16 @@ struct TurnOptions {
 };
 
 int turn(const TurnOptions& its) {
-    const CircleTurn turn{length("--lost-motion", its.lost),
-                          length("--distance", its.distance, reversal_distance), its.acceleration};
-    if (!(turn.lost >= 0 && turn.lost <= 0.2))
-        throw std::invalid_argument("--lost-motion is not from 0 to 200 um");
-    const double allowed = length("--allowed", its.allowed, turn.lost / 4);
+    const auto within = [](const std::string& option, const std::string& text, double most, double none) {
+        const double value = length(option, text, none);
+        if (!(value > 0 && value <= most))
+            throw std::invalid_argument(option + ": " + csv::quoted(text) + " is not above 0 and up to " +
+                                        csv::decimal(most * 1000) + " um");
+        return value;
+    };
+    const CircleTurn turn{within("--lost-motion", its.lost, 0.2, 0),
+                          within("--distance", its.distance, 0.1, reversal_distance), its.acceleration};
+    const double allowed = within("--allowed", its.allowed, 1, turn.lost / 4);
     if (its.feed > 0) {
         const double kept = turn.kept(its.feed / 60, its.radius);
         std::cout << formatted(
@@ -192,11 +229,21 @@ int turn(const TurnOptions& its) {
                 "raise reversal-acceleration with offset-acceleration of the stages.");
     }
     std::cout << "Largest feed for at most " << um(allowed) << ", mm/min:\n";
-    for (const double radius : {10.0, 25.0, 50.0, 100.0, 150.0})
-        std::cout << formatted("  R%-5g F%.0f\n", radius, std::floor(turn.speed_for(allowed, radius) * 60));
+    for (const double radius : {10.0, 25.0, 50.0, 100.0, 150.0}) {
+        const double feed = std::floor(turn.speed_for(allowed, radius) * 60);
+        std::cout << (feed > 0 ? formatted("  R%-5g F%.0f\n", radius, feed)
+                               : formatted("  R%-5g none: reversal-distance alone keeps more\n", radius));
+    }
     say("For a drive that follows at once: corrected-velocity as its feed-forward. A drive that lags by 33 "
         "ms keeps up to twice as much.");
     return 0;
+}
+
+// The option that takes a measured corner.
+std::string opening_option(const std::string& plane, double opening, double u) {
+    return formatted(
+        "  plumb squareness --chain CHAIN --opening plane=%s,object=part,angle=%.4gurad,u=%.3gurad\n",
+        plane.c_str(), opening * 1e6, std::max(u * 1e6, 0.001));
 }
 
 // --- circle ---
@@ -238,6 +285,7 @@ int circle(const CircleOptions& its) {
             json["across_" + a] = estimate(r.across_a);
             json["lag"] = estimate(r.lag);
         }
+        if (r.both_directions) json["D"] = r.d;
         json.update({{"radius_deviation", r.radius_deviation},
                      {"noise", r.noise},
                      {"G_cw", r.g_clockwise},
@@ -259,7 +307,7 @@ int circle(const CircleOptions& its) {
         return 0;
     }
     const auto line = [](const std::string& name, const Estimate& e, double unit, const char* of) {
-        std::cout << formatted("  %-34s%10.3f +- %.3f %s\n", name.c_str(), e.value * unit,
+        std::cout << formatted("  %-34s%10.3f +- %.3f %s\n", name.c_str(), rounded(e.value * unit, 1000),
                                2 * e.uncertainty * unit, of);
     };
     std::cout << "Plane " << first.plane << ", R " << csv::decimal(first.radius) << " mm, F "
@@ -268,6 +316,7 @@ int circle(const CircleOptions& its) {
     if (r.g_clockwise > 0) std::cout << "  G, clockwise                      " << um(r.g_clockwise) << '\n';
     if (r.both_directions) std::cout << "  G(b), both directions             " << um(r.g_both) << '\n';
     std::cout << "  F                                 " << um(r.f_least) << " to " << um(r.f_most) << '\n';
+    if (r.both_directions) std::cout << "  D, mean radius less nominal       " << um(r.d) << '\n';
     line("opening of the corner" + std::string(r.both_directions ? "" : ", with lag"), r.opening, 1e6,
          "urad");
     line("scale of " + a + " less scale of " + b, r.scale_difference, 1e6, "um/m");
@@ -285,7 +334,17 @@ int circle(const CircleOptions& its) {
              ? ""
              : " One direction only: opening and servo lag are one sum; 0.4 ms at F2000 and R150 "
                "look like 89 urad."));
-    say("A part shows this opening. Enter it in plumb squareness with object=part.");
+    for (const CircularPath& path : paths)
+        if (path.clockwise && path.angles.back() > path.angles.front())
+            say("The angles of the clockwise path rise. They are read as places on the circle, from the + "
+                "end of " +
+                a + " to the + end of " + b + ", not as angles along the path.");
+    if (r.both_directions)
+        std::cout << "Enter this opening with the chain of your machine:\n"
+                  << opening_option(first.plane, r.opening.value, r.opening.uncertainty);
+    else
+        say("Measure the other direction, too: then the opening is without the lag, and plumb squareness "
+            "takes it.");
     return 0;
 }
 
@@ -298,7 +357,7 @@ struct DiagonalOptions {
 };
 
 int diagonals(const DiagonalOptions& its) {
-    BoxDiagonals box{its.box[0], its.box[1], its.box[2], {}, length("--u", its.u)};
+    BoxDiagonals box{its.box[0], its.box[1], its.box[2], {}, small_length("--u", its.u, true)};
     for (std::size_t i = 0; i < 4; ++i) box.deviations[i] = length("--deviations", its.deviations[i]);
     const BoxResult r = box_from_diagonals(box);
     const auto line = [](const char* name, double value, double u, const char* unit) {
@@ -313,6 +372,10 @@ int diagonals(const DiagonalOptions& its) {
         "straightness, pitch and yaw. "
         "Equal diagonals do not prove a good volume. Steps along a diagonal check a table and never fill "
         "one.");
+    std::cout << "Enter these openings with the chain of your machine:\n"
+              << opening_option("XY", r.xy, r.u_xy) << opening_option("XZ", r.xz, r.u_xz)
+              << opening_option("YZ", r.yz, r.u_yz);
+    say("plumb volume uncertainty predicts the diagonals before and after correction, and compares steps.");
     return 0;
 }
 
@@ -328,7 +391,8 @@ int straightedge(const StraightedgeOptions& its) {
         error_table_file::linear_axes.find(e[2]) == std::string_view::npos ||
         error_table_file::linear_axes.find(e[2]) % 3 == error_table_file::linear_axes.find(e[1]))
         throw std::invalid_argument("--error: " + csv::quoted(e) + " is no straightness, as EYX");
-    const double u = length("--u", its.u);
+    date_line(its.date);
+    const double u = small_length("--u", its.u, true);
     std::vector<double> positions, before, turned;
     for (const StraightedgeRow& row : read_straightedge(its.file)) {
         positions.push_back(row.position);
@@ -336,18 +400,18 @@ int straightedge(const StraightedgeOptions& its) {
         turned.push_back(row.turned);
     }
     const Straightness r = straightness_of(positions, before, turned);
+    DirectionRows rows;
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        rows.push_back({positions[i], r.errors[i], r.errors[i]});
+    check_rows(its.file, rows, error_index(e));
     std::cout << "Straightness " << e << ": " << um(r.range) << ", U of each value "
               << um(2 * u / std::sqrt(2)) << " (k = 2)\nThe straightedge itself: " << um(r.range_of_edge)
               << '\n';
     say("Not seen: the slope of the axis (its squareness), and twist of the edge between both readings.");
     if (its.output.empty()) return 0;
-    DirectionRows rows;
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        rows.push_back({positions[i], r.errors[i], r.errors[i]});
     put(its.output,
         direction_rows::table_text(
-            e[2], e, rows,
-            date_line(its.date) + (u > 0 ? "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n' : "")));
+            e[2], e, rows, date_line(its.date) + "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n'));
     return 0;
 }
 
@@ -359,18 +423,20 @@ struct BlockOptions {
 int block(const BlockOptions& its) {
     if ((its.bore > 0) == (its.boss > 0)) throw std::invalid_argument("give either --bore or --boss");
     if (!(its.measured > 0 && its.ball > 0)) throw std::invalid_argument("--measured and --ball are above 0");
-    const double p = length("--pre-travel", its.pre_travel);
+    const double p = small_length("--pre-travel", its.pre_travel);
     const double lost = its.bore > 0 ? its.measured - (its.bore - its.ball) - 2 * p
                                      : its.boss + its.ball - 2 * p - its.measured;
     if (!(std::abs(lost) <= 0.2))
         throw std::invalid_argument("a lost motion of " + um(lost) + " is beyond 200 um: check the sizes");
-    const double up = length("--pre-travel-u", its.u_pre_travel), us = length("--size-u", its.u_size),
-                 u = length("--u", its.u);
+    const double up = small_length("--pre-travel-u", its.u_pre_travel),
+                 us = small_length("--size-u", its.u_size), u = small_length("--u", its.u);
+    const double U = 2 * std::sqrt(4 * up * up + us * us + 2 * u * u);
     std::cout << "Lost motion: " << um(lost);
     if (up > 0 && u > 0)
-        std::cout << " +- " << um(2 * std::sqrt(4 * up * up + us * us + 2 * u * u)) << " (k = 2)\n";
+        std::cout << " +- " << um(U) << " (k = 2)\n";
     else
         std::cout << " +- unknown: " << (u > 0 ? "the pre-travel" : "a reading") << " has no uncertainty\n";
+    if (lost < -U) say("The lost motion is negative: check the sizes, the ball and the pre-travel.");
     say("Not seen: lost motion apart from the pre-travel of the probe, which an axis with a scale at the "
         "load shows; the "
         "scale of the axis over the block.");
@@ -380,27 +446,64 @@ int block(const BlockOptions& its) {
 // --- files of others ---
 
 struct FileOptions {
-    std::string kind, file, axis, output, date, unit = "mm";
-    int type = 1;
+    std::string kind, file, axis, output, date, unit, error;
+    std::optional<int> type;
     std::optional<double> zero;
     bool negate = false;
 };
+
+constexpr int trims = 1;  // COMP_FILE_TYPE
 
 double millimetres(const FileOptions& its) {
     return its.unit == "inch" ? 25.4 : 1;
 }
 
-int import(const FileOptions& its) {
+// Refuses an option of another kind of file.
+void check_options(const FileOptions& its) {
+    const bool comp = its.kind == "linuxcnc";
     check_axis(its.axis);
-    const std::string text = csv::text_of(its.file), error = scale_error(its.axis);
+    date_line(its.date);
+    if (!comp && its.type) throw std::invalid_argument("--type is for a COMP_FILE of LinuxCNC");
+    if (comp && !its.error.empty())
+        throw std::invalid_argument("--error: a COMP_FILE has the scale of its axis alone");
+    const bool known = comp ? its.unit == "mm" || its.unit == "inch"
+                            : its.unit == "um" || its.unit == "urad" || its.unit == "arcsec";
+    if (!its.unit.empty() && !known)
+        throw std::invalid_argument("--unit: " + csv::quoted(its.unit) + " is none of " +
+                                    (comp ? "mm and inch, the units of a COMP_FILE"
+                                          : "um, urad and arcsec, the units of readings in an .rtl"));
+    if (comp || its.error.empty()) {
+        if (!comp && !its.unit.empty() && its.unit != "um")
+            throw std::invalid_argument("--unit: " + csv::quoted(its.unit) + " is no unit of the scale " +
+                                        scale_error(its.axis) + ": give --error, as EB" + its.axis);
+        return;
+    }
+    const std::vector<std::string> names = error_table_file::error_names(its.axis[0]);
+    if (std::find(names.begin(), names.end(), its.error) == names.end())
+        throw std::invalid_argument("--error: " + csv::quoted(its.error) + " is no error of " + its.axis +
+                                    ", as " + names.front());
+    if (its.unit.empty() || (its.unit == "um") != (error_index(its.error) < 3))
+        throw std::invalid_argument("--error: give the unit of " + its.error + " by --unit, " +
+                                    (error_index(its.error) < 3 ? "um" : "urad or arcsec"));
+}
+
+int import(const FileOptions& its) {
+    check_options(its);
+    const std::string text = csv::text_of(its.file),
+                      error = its.error.empty() ? scale_error(its.axis) : its.error;
+    const bool angle = error_index(error) >= 3;
     DirectionRows rows;
     const std::string date = its.date.empty() ? date_of_file(its.file) : its.date;
     std::string head = "# imported from " + its.kind + '\n' + date_line(date);
     if (its.kind == "linuxcnc") {
-        rows = comp_file::read(its.file, text, its.type, millimetres(its));
+        rows = comp_file::read(its.file, text, its.type.value_or(trims), millimetres(its));
+        check_rows(its.file, rows, 0);
     } else {
         const ReversalResult r = [&] {
-            std::vector<BothWays> places = rtl_file::read(its.file, text);
+            std::optional<double> size;
+            if (!its.error.empty())
+                size = its.unit == "um" ? 1e-3 : its.unit == "urad" ? 1e-6 : angle_from_arcsec(1);
+            std::vector<BothWays> places = rtl_file::read(its.file, text, size);
             bool one_way = true;
             for (const BothWays& place : places) one_way &= place.down.empty();
             if (one_way)  // the same in both directions, as far as is known
@@ -414,6 +517,7 @@ int import(const FileOptions& its) {
         }
         if (r.freedom > 0 && r.repeatability > 0)
             head += "# u: " + error + ' ' + csv::decimal(u) + ", " + error + "+ " + csv::decimal(u) + '\n';
+        check_rows(its.file, rows, error_index(error));
     }
     if (its.negate)
         for (DirectionRow& row : rows) row = {row.position, -row.up, -row.down};
@@ -424,12 +528,20 @@ int import(const FileOptions& its) {
     });
     put(its.output, table);
     std::ostream& out = its.output.empty() ? std::cerr : std::cout;
-    out << hal::wrapped("Sign: " + error + " is actual less nominal. At " + csv::decimal(last.position) +
-                        " mm, reached in + direction, " + its.axis + " stands " + um(std::abs(last.up)) +
-                        (last.up < 0 ? " short of" : " beyond") + " its nominal place, towards its " +
-                        (last.up < 0 ? "-" : "+") +
-                        " end. Check it with a laser or a gauge block: move there without "
-                        "correction; if the error has the other sign, import with --negate.")
+    std::string sign = "Sign: " + error + " is actual less nominal. At " + csv::decimal(last.position) +
+                       " mm, reached in + direction, " + its.axis;
+    if (angle)
+        sign += formatted(" turns by %.2f urad about ", last.up * 1e6) + "XYZ"[error[1] - 'A'] +
+                ", positive by the right hand.";
+    else if (error == scale_error(its.axis))
+        sign += " stands " + um(std::abs(last.up)) + (last.up < 0 ? " short of" : " beyond") +
+                " its nominal place, towards its " + (last.up < 0 ? "-" : "+") + " end.";
+    else
+        sign += " stands " + um(std::abs(last.up)) + " off to the " + (last.up < 0 ? "-" : "+") + " end of " +
+                error[1] + '.';
+    out << hal::wrapped(sign + " Check it with a laser, " + (angle ? "a level" : "a gauge block") +
+                        " or an indicator: move there without correction; if the error has the other sign, "
+                        "import with --negate.")
         << '\n';
     if (its.date.empty() && !date.empty())
         out << hal::wrapped(
@@ -445,13 +557,14 @@ int import(const FileOptions& its) {
 }
 
 int export_to(const FileOptions& its) {
-    check_axis(its.axis);
+    check_options(its);
     TableError error = read_table_error(its.file, scale_error(its.axis));
     if (its.zero) error.rows = direction_rows::zeroed(error.rows, *its.zero);
     if (its.negate)
         for (DirectionRow& row : error.rows) row = {row.position, -row.up, -row.down};
-    put(its.output, its.kind == "linuxcnc" ? comp_file::text(error.rows, its.type, millimetres(its))
-                                           : rtl_file::text(error.rows));
+    put(its.output, its.kind == "linuxcnc"
+                        ? comp_file::text(error.rows, its.type.value_or(trims), millimetres(its))
+                        : rtl_file::text(error.rows));
     const std::vector<UncertainTable> tables = read_uncertain_tables({its.file});
     std::string lost;
     for (const UncertainTable& table : tables)
@@ -490,7 +603,7 @@ void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
     std::cout << "\nBody diagonals, as predicted   length mm  before um  after um    U um\n";
     for (const DiagonalState& one : all)
         std::cout << formatted("  %-28s%10.1f%11.2f%10.2f%8s\n", one.name.c_str(), one.length,
-                               one.end.without * 1000, one.end.rest * 1000,
+                               rounded(one.end.without * 1000, 100), rounded(one.end.rest * 1000, 100),
                                known ? formatted("%.2f", one.end.U * 1000).c_str() : "?");
     for (const DiagonalState& one : all) {
         if (one.steps.empty()) continue;
@@ -498,7 +611,8 @@ void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
         std::size_t before = 0, after = 0;
         for (const auto& [distance, measured, predicted] : one.steps) {
             std::cout << formatted("%24.1f%13.2f%11.2f%10.2f%8.2f\n", distance, measured * 1000,
-                                   predicted.without * 1000, predicted.rest * 1000, predicted.U * 1000);
+                                   rounded(predicted.without * 1000, 100),
+                                   rounded(predicted.rest * 1000, 100), predicted.U * 1000);
             before += std::abs(measured - predicted.without) <= predicted.U;
             after += std::abs(measured - predicted.rest) <= predicted.U;
         }
@@ -601,8 +715,10 @@ int uncertainty(const VolumeOptions& its) {
                                           100 * r.shares[0].part)));
     else
         say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
-            " has no uncertainty. The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at +
-            '.');
+            " has no uncertainty. " +
+            (question.measured.sources.empty()
+                 ? "Give each tilt as EC0Y=-80urad,u=4urad, and state u in the head of each table."
+                 : "The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at + '.'));
     if (unknown > 0)
         say(known ? formatted("While a direction of motion is not known: +- %.1f um, with up to %.1f um of "
                               "lost motion. This ends when each axis "
@@ -703,8 +819,10 @@ static int carry_out(int argc, char** argv) {
     FileOptions f;
     const auto file_options = [&f](CLI::App* command) {
         command->add_option("--axis", f.axis, "Axis, as X.")->required();
-        command->add_option("--type", f.type, "COMP_FILE_TYPE: 0 places, 1 trims.")->check(CLI::Range(0, 1));
-        command->add_option("--unit", f.unit, "Unit of a COMP_FILE.")->check(CLI::IsMember({"mm", "inch"}));
+        command->add_option("--type", f.type, "COMP_FILE_TYPE: 0 places, 1 trims, the default.")
+            ->check(CLI::Range(0, 1));
+        command->add_option("--unit", f.unit,
+                            "Of a COMP_FILE, mm or inch; of the readings in an .rtl, um, urad or arcsec.");
         command->add_option("--zero", f.zero, "The error is 0 at this position.");
         command->add_flag("--negate", f.negate, "Turns the sign of the errors.");
         command->add_option("--output", f.output, "Writes into this file.");
@@ -713,6 +831,8 @@ static int carry_out(int argc, char** argv) {
     importing->add_option("FILE", f.file, "The file.")->required();
     importing->add_option("--date", f.date,
                           "Date of the measurement; default: of the last change of the file.");
+    importing->add_option("--error", f.error,
+                          "Error that an .rtl shows, as EBX, with its --unit; default: the scale, EXX.");
     importing->add_option("--from", f.kind, "linuxcnc or rtl.")
         ->required()
         ->check(CLI::IsMember({"linuxcnc", "rtl"}));
@@ -727,7 +847,9 @@ static int carry_out(int argc, char** argv) {
     VolumeOptions v;
     CLI::App* const sure = app.add_subcommand("uncertainty", "States how sure the corrected volume is.");
     sure->add_option("--chain", v.chain, "Chain of axes, as w-X.b-Y-Z-t.")->required();
-    sure->add_option("--box", v.box, "Work space, as X=0:800,Y=0:600,Z=-500:0.")->required();
+    sure->add_option("--box", v.box,
+                     "Work space, as X=0:800,Y=0:600,Z=-500:0, and the place of a clamped axis, as W=300.")
+        ->required();
     sure->add_option("--reference", v.reference,
                      "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
     sure->add_option("--tool", v.tools,

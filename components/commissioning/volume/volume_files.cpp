@@ -35,12 +35,13 @@ struct Columns {
             }
             const auto fields = csv::split_at_commas(all[i]);
             if (names.empty()) {
-                names.assign(fields.begin(), fields.end());
+                take_names(all, i, fields);
                 continue;
             }
             if (fields.size() != names.size())
                 all.refuse(i, error_table_file::counted(fields.size(), "value") + ", but the header has " +
-                                  std::to_string(names.size()));
+                                  std::to_string(names.size()) +
+                                  (fields.size() > names.size() ? "; the decimal mark is a point" : ""));
             std::vector<std::optional<double>> row;
             for (std::size_t k = 0; k < fields.size(); ++k) {
                 const auto value = csv::number(fields[k]);
@@ -57,12 +58,31 @@ struct Columns {
         if (rows.empty()) all.refuse("there are no rows in it");
     }
 
+    void take_names(const direction_rows::Lines& all, std::size_t line,
+                    const std::vector<std::string_view>& fields) {
+        header = line;
+        names.assign(fields.begin(), fields.end());
+        if (names.size() == 1 && names[0].find_first_of(";\t") != std::string::npos)
+            all.refuse(line,
+                       "the columns are separated by " +
+                           std::string(names[0].find(';') != std::string::npos ? "semicolons" : "tabs") +
+                           ": separate them by commas, and write the decimal mark as a point");
+        for (std::size_t i = 0; i < names.size(); ++i)
+            if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
+                names.begin() + static_cast<std::ptrdiff_t>(i))
+                all.refuse(line, "column " + csv::quoted(names[i]) + " is there twice");
+    }
+
     [[noreturn]] void refuse(std::size_t line, const std::string& why) const {
         direction_rows::Lines(file, text).refuse(line, why);
     }
     std::size_t column(const std::string& name) const {
         const auto at = std::find(names.begin(), names.end(), name);
-        if (at == names.end()) throw std::runtime_error(file + ": there is no column " + name);
+        if (at == names.end()) {
+            std::string known;
+            for (const std::string& its : names) known += (known.empty() ? "" : ", ") + csv::quoted(its);
+            refuse(header, "there is no column " + name + "; the header has " + known);
+        }
         return static_cast<std::size_t>(at - names.begin());
     }
     double value(std::size_t row, std::size_t column) const {
@@ -86,6 +106,7 @@ struct Columns {
     std::string file, text;
     std::map<std::string, std::pair<std::size_t, std::string>> head;  // line and value, by name
     std::vector<std::string> names;
+    std::size_t header = 0;
     std::vector<std::size_t> lines;  // of the rows
     std::vector<std::vector<std::optional<double>>> rows;
 };
@@ -104,8 +125,8 @@ std::vector<BothWays> read_readings(const std::string& file) {
             const std::string& name = columns.names[k];
             const bool up = name.rfind("up", 0) == 0;
             if (!up && name.rfind("down", 0) != 0)
-                columns.refuse(0, "column " + csv::quoted(name) +
-                                      " is none of position, up1, up2, ..., down1, down2, ...");
+                columns.refuse(columns.header, "column " + csv::quoted(name) +
+                                                   " is none of position, up1, up2, ..., down1, down2, ...");
             if (!columns.rows[i][k]) continue;
             if (!(std::abs(*columns.rows[i][k]) <= 10))
                 columns.refuse(columns.lines[i], "column " + name + ": " + csv::decimal(*columns.rows[i][k]) +
@@ -175,6 +196,12 @@ BallbarFile read_ballbar(const std::string& file) {
                        "plane: " + csv::quoted(result.plane) + " is none as XY, ZX or YZ");
     result.radius = columns.number("radius");
     result.feed = columns.number("feed");
+    if (!(result.radius > 1 && result.radius <= 1e4))
+        columns.refuse(columns.head.at("radius").first,
+                       "radius: " + csv::decimal(result.radius) + " is not from 1 to 1e4 mm");
+    if (!(result.feed > 0 && result.feed <= 6e5))
+        columns.refuse(columns.head.at("feed").first,
+                       "feed: " + csv::decimal(result.feed) + " is not above 0 and up to 6e5 mm/min");
     const std::string direction = columns.stated("direction"), object = columns.stated("object");
     if (direction != "CW" && direction != "CCW")
         columns.refuse(columns.head.at("direction").first,
@@ -190,6 +217,10 @@ BallbarFile read_ballbar(const std::string& file) {
         result.path.angles.push_back(columns.value(i, angle) * pi / 180);
         result.path.radii.push_back(columns.value(i, radius));
     }
+    const auto [first, last] = std::minmax_element(result.path.angles.begin(), result.path.angles.end());
+    if (columns.rows.size() > 10 && *last - *first < 7 * pi / 180)
+        columns.refuse(columns.header, "the angles go from " + csv::decimal(*first * 180 / pi) + " to " +
+                                           csv::decimal(*last * 180 / pi) + " only; are they in deg?");
     return result;
 }
 
@@ -263,7 +294,8 @@ std::optional<double> quantity(std::string_view text, std::string_view unit) {
 
 }  // namespace
 
-std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files) {
+std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files,
+                                                  std::string* rotary) {
     read_error_tables({files.begin(), files.end()});  // which judges all of them
     std::vector<UncertainTable> tables;
     for (const std::string& file : files) {
@@ -274,6 +306,7 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
         double valid_for = UncertainTable{}.valid_for;
         std::optional<double> temperature;
         std::vector<std::string> names;
+        bool left_out = false;
         const std::size_t first = tables.size();
         for (std::size_t i = 0; i < lines.size(); ++i) {
             if (lines[i].empty()) continue;
@@ -298,15 +331,20 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
             };
             const auto axis = std::find_if(fields.begin(), fields.end(), is_axis);
             if (axis != fields.end()) {
-                if (error_table_file::is_rotary((*axis)[0]))
-                    lines.refuse(i, "plumb volume takes no table of a rotary axis");
                 names.assign(fields.begin(), fields.end());
+                left_out = error_table_file::is_rotary((*axis)[0]);
+                if (left_out && !rotary) lines.refuse(i, "plumb volume takes no table of a rotary axis here");
+                if (left_out) {
+                    *rotary += (*axis)[0];
+                    continue;
+                }
                 tables.push_back({});
                 tables.back().axis = (*axis)[0];
                 for (const std::string& name : names)
                     if (name.size() > 1) tables.back().columns.push_back(name);
                 continue;
             }
+            if (left_out) continue;
             ErrorTable::Row mean, half;
             bool directed = false;
             for (std::size_t k = 0; k < names.size(); ++k) {

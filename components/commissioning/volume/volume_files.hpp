@@ -58,7 +58,9 @@ struct UncertainTable {
     double valid_for = 365;             // days
     std::optional<double> temperature;  // degC
 };
-std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files);
+// Refuses a table of a rotary axis, unless `rotary` takes its letter.
+std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>& files,
+                                                  std::string* rotary = nullptr);
 
 // Columns distance and deviation in mm, along a diagonal from its begin.
 struct DiagonalStep {

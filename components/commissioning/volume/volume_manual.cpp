@@ -47,12 +47,15 @@ head:
   # object: part
   angle,radius
 
-The unit of feed is mm/min. For the panel, # correction: off or on says whether squareness corrected this path. It prints G of each direction, G(b) and F, and the opening of the corner, the difference of the
-scales, lost motion, play across and the difference of the servo lags. One direction alone gives opening and lag as one sum.)"},
+The unit of feed is mm/min. The angle is the place on the circle, from the + end of the first axis of the plane to the + end of
+the second one, in both directions of motion. For the panel, # correction: off or on says whether squareness corrected this
+path. plumb volume prints G of each direction, G(b), F and D, and the opening of the corner, the difference of the scales,
+lost motion, play across and the difference of the servo lags. From both directions it prints the option --opening of
+plumb squareness. One direction alone gives opening and lag as one sum.)"},
          {"DIAGONALS",
           R"(plumb volume diagonals --box 800,600,500 --deviations 3um,-5um,2um,1um --u 1um reads the four body diagonals after
 ISO 230-6, measured minus nominal length, in the order PPP, NPP, PNP, NNP. N marks an axis that goes to its - end. It prints the
-openings of the three corners for plumb squareness, and the mean scale. Equal diagonals do not prove a good volume: 10 um/m in X
+openings of the three corners, with the options of plumb squareness, and the mean scale. Equal diagonals do not prove a good volume: 10 um/m in X
 and 17.8 um/m in Y read alike on 800 x 600.)"},
          {"STRAIGHTEDGE AND BLOCK",
           R"(plumb volume straightedge EDGE.csv --error EYX makes a table of straightness from a straightedge that you turn over
@@ -65,7 +68,8 @@ block and a probe: measured bore = D - ball + 2 pre-travel + B; --boss W = W + b
 B from its own pre-travel, which an axis with a scale at the load shows.)"},
          {"FILES OF OTHERS",
           R"(plumb volume import --from linuxcnc FILE --axis X --type 1 prints the table that a COMP_FILE of LinuxCNC describes, and the
-sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target, odd runs rising. --zero POS
+sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target, odd runs rising. Straightness
+and angles are refused, unless you give --error EYX and --unit um, or --error ECX and --unit urad or arcsec. --zero POS
 shifts the table to 0 there, --negate turns its sign. --unit inch is for a COMP_FILE of an inch machine. --output writes the
 table. Its date is --date, or the date of the file. A bad line is refused with file, line and reason, and nothing is written.
 
@@ -75,7 +79,8 @@ EXX of one axis only, in both directions.)"},
           R"(plumb volume uncertainty --chain w-X.b-Y-Z-t --box X=0:800,Y=0:600,Z=-500:0 --tool T3=0,0,-200 --tilt
 EC0Y=-80urad,u=4urad --table y.csv states how far two places of the work may be off each other after correction: U is twice the
 standard uncertainty in the worst direction. One measurement that set several angles is --common NAME,EC0Y=1,EC0X=0.5,u=3urad.
-Other causes: --repeatability X=0.5um, --tool-u 2um for its length. Tables state theirs in their head, for each value, and for
+Other causes: --repeatability X=0.5um, --tool-u 2um for its length. The work space may have the place of a clamped axis, as
+W=300. Rotary axes of the chain stand at 0, and their own errors are not in U. Tables state theirs in their head, for each value, and for
 all rows together, per mm of the position or constant:
 
   # u: EXX 0.5e-3, EXX+ 0.2e-3

@@ -9,6 +9,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 
@@ -52,6 +53,12 @@ double u_length(const std::string& option, const std::string& text) {
     refuse(option, text, "is not from 0 to 10 mm");
 }
 
+double u_angle(const std::string& option, const std::string& text) {
+    const double u = angle(option, text);
+    if (!(u >= 0 && u < 0.1)) refuse(option, text, "is not from 0 to 0.1 rad");
+    return u;
+}
+
 // NAME=VALUE
 std::pair<std::string, std::string> halves(const std::string& option, std::string_view text) {
     const std::size_t equals = text.find('=');
@@ -65,8 +72,10 @@ std::optional<int> days_of(std::string_view date) {
     int y = 0, m = 0, d = 0;
     char rest = 0;
     if (std::sscanf(std::string(date).c_str(), "%4d-%2d-%2d%c", &y, &m, &d, &rest) != 3 || y < 1970 ||
-        m < 1 || m > 12 || d < 1 || d > 31)
+        m < 1 || m > 12 || d < 1)
         return {};
+    const bool leap = (y % 4 == 0 && y % 100 != 0) || y % 400 == 0;
+    if (d > (m == 2 ? 28 + leap : 30 + (m + m / 8) % 2)) return {};
     y -= m <= 2;  // of years that begin in March
     const int in_era = y % 400, day = (153 * (m > 2 ? m - 3 : m + 9) + 2) / 5 + d - 1;
     return y / 400 * 146097 + in_era * 365 + in_era / 4 - in_era / 100 + day - 719468;
@@ -91,6 +100,15 @@ std::optional<double> age_of(const VolumeOptions& options, const std::string& da
     return *now - *then;
 }
 
+std::optional<double> temperature_of(const std::string& given) {
+    if (given.empty()) return {};
+    std::string_view text = given;
+    const bool named = text.size() > 4 && text.substr(text.size() - 4) == "degC";
+    const auto now = csv::number(csv::trimmed(named ? text.substr(0, text.size() - 4) : ""));
+    if (!now || !(*now > -50 && *now < 100)) refuse("--temperature", given, "has no form as 24degC");
+    return now;
+}
+
 // A measurement ages: the machine drifts, and its temperature changes. `add` adds a common cause by its
 // standard uncertainty: a constant, and one per mm of the position.
 void add_age(
@@ -105,7 +123,9 @@ void add_age(
             {"age-unknown", letter, table.valid_for, 0,
              its +
                  (table.date.empty() ? " has no date"
-                                     : " is of " + table.date + ", and the clock shows no later date") +
+                  : !days_of(table.date)
+                      ? " has the date " + csv::quoted(table.date) + ", which is none as 2026-11-20"
+                      : " is of " + table.date + ", and the clock shows no later date") +
                  ": its age is unknown, and counts as " + csv::decimal(table.valid_for) + " days."});
     if (old)
         q.notes.push_back({"old", letter, *age, table.valid_for,
@@ -116,11 +136,8 @@ void add_age(
         add("drift of " + error, error, drift.per_position ? 0 : u, drift.per_position ? u : 0);
     }
     if (old && table.drift.empty()) q.without.push_back("drift of " + letter);
-    if (options.temperature.empty() || !table.temperature) return;
-    std::string_view text = options.temperature;
-    const bool named = text.size() > 4 && text.substr(text.size() - 4) == "degC";
-    const auto now = csv::number(csv::trimmed(named ? text.substr(0, text.size() - 4) : ""));
-    if (!now || !(*now > -50 && *now < 100)) refuse("--temperature", text, "has no form as 24degC");
+    const auto now = temperature_of(options.temperature);
+    if (!now || !table.temperature) return;
     const double off = *now - *table.temperature;
     if (std::abs(off) <= allowed_kelvin) return;
     q.notes.push_back({"temperature", letter, *table.temperature, *now,
@@ -139,9 +156,27 @@ UncertaintySource::Angle tilt_of(const std::string& option, const std::string& n
     return {place_of(name[3], chain, option, name), name[1] - 'A', 1};
 }
 
+// Rotary axes of the chain stand at 0.
+void add_rotary(const VolumeOptions& options, const std::string& with_tables, VolumeQuestion& q) {
+    std::string turning, names;
+    for (const char axis : {'A', 'B', 'C'})
+        if (options.chain.find(axis) != std::string::npos) turning += axis;
+    if (turning == "C" && options.chain.find('C') > options.chain.find('b')) turning.clear();  // a spindle
+    for (const char axis : with_tables)
+        if (turning.find(axis) == std::string::npos) turning += axis;
+    for (const char axis : turning) names += (names.empty() ? "" : ", ") + std::string(1, axis);
+    if (!names.empty())
+        q.notes.push_back(
+            {"rotary", names, 0, 0,
+             "The rotary axes stand at 0: " + names + ". Their errors, and other angles, are not in U."});
+}
+
 void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
     MeasuredVolume& m = q.measured;
-    for (const UncertainTable& table : read_uncertain_tables(options.tables)) {
+    std::string rotary;
+    const std::vector<UncertainTable> tables = read_uncertain_tables(options.tables, &rotary);
+    add_rotary(options, rotary, q);
+    for (const UncertainTable& table : tables) {
         const std::size_t axis = place_of(table.axis, m.chain.axes, "--table", std::string(1, table.axis));
         m.means[axis] = table.mean;
         m.halves[axis] = table.half;
@@ -235,7 +270,9 @@ void add_table_ends(VolumeQuestion& q) {
 VolumeQuestion question_of(const VolumeOptions& options) {
     VolumeQuestion q;
     MeasuredVolume& m = q.measured;
-    m.chain.axes = AxisChainReader::read(options.chain);
+    m.chain.axes = AxisChainReader::read_linear(options.chain);
+    age_of(options, "");  // which judges the options
+    temperature_of(options.temperature);
     m.max_correction = options.max_correction;
     if (!(m.max_correction > 0 && m.max_correction <= 100))
         refuse("--max-correction", csv::decimal(options.max_correction), "is not from 0 to 100 mm");
@@ -246,6 +283,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             refuse("--pivot", text, "has no form as Y=300");
         m.pivot[static_cast<Eigen::Index>(place_of(key[0], m.chain.axes, "--pivot", text))] = *position;
     }
+    std::set<std::string> given_tilts;
     for (const std::string& text : options.tilts) {
         std::optional<UncertaintySource::Angle> its;
         std::optional<double> u;
@@ -254,16 +292,21 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         for (const std::string_view field : csv::split_at_commas(text)) {
             const auto [key, value] = halves("--tilt", field);
             if (key == "u") {
-                u = std::abs(angle("--tilt", value));
+                u = u_angle("--tilt", value);
             } else if (key == "drift") {
-                drift = std::abs(angle("--tilt", value));
+                drift = u_angle("--tilt", value);
             } else if (key == "date") {
                 if (!days_of(value)) refuse("--tilt", field, "is no date, as 2026-11-20");
                 date = value;
             } else {
+                if (its) refuse("--tilt", text, "has two angles: give each its own --tilt, with its own u");
                 its = tilt_of("--tilt", key, m.chain.axes);
                 name = key;
-                m.chain.tilts[its->axis].angles[its->rotation] = angle("--tilt", value);
+                if (!given_tilts.insert(name).second)
+                    refuse("--tilt", text, "gives " + name + " a second time");
+                double& its_angle = m.chain.tilts[its->axis].angles[its->rotation];
+                its_angle = angle("--tilt", value);
+                if (!(std::abs(its_angle) < 0.1)) refuse("--tilt", text, "is no angle below 0.1 rad");
             }
         }
         if (!its) refuse("--tilt", text, "has no angle, as EC0Y=-80urad");
@@ -292,7 +335,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             }
             const auto [key, value] = halves("--common", field);
             if (key == "u") {
-                u = angle("--common", value);
+                u = u_angle("--common", value);
                 continue;
             }
             UncertaintySource::Angle its = tilt_of("--common", key, m.chain.axes);
@@ -324,14 +367,23 @@ VolumeQuestion question_of(const VolumeOptions& options) {
     }
 
     bool given[3] = {};
+    double clamped = 0;  // of U, V or W
     for (const std::string_view field : csv::split_at_commas(options.box)) {
         const auto [key, value] = halves("--box", field);
+        if (key.size() == 1 && std::string("UVW").find(key) != std::string::npos) {
+            const auto at = csv::number(value);
+            place_of(key[0], m.chain.axes, "--box", field);
+            if (!at || !(std::abs(*at) <= 1e5)) refuse("--box", field, "has no form as W=300");
+            clamped = *at;
+            continue;
+        }
         const std::size_t k = key.size() == 1 ? std::string("XYZ").find(key) : std::string::npos;
         const std::size_t colon = value.find(':');
         const auto from = csv::number(value.substr(0, std::min(colon, value.size())));
         const auto to = csv::number(colon == std::string::npos ? "" : value.substr(colon + 1));
         if (k > 2 || !from || !to || !(*to - *from >= 1) || !(std::abs(*from) <= 1e5 && std::abs(*to) <= 1e5))
-            refuse("--box", field, "has no form as X=0:800");
+            refuse("--box", field, "has no form as X=0:800, at least 1 mm long");
+        if (given[k]) refuse("--box", options.box, "gives " + key + " a second time");
         q.low[k] = *from, q.high[k] = *to, given[k] = true;
     }
     if (!(given[0] && given[1] && given[2])) refuse("--box", options.box, "does not name X, Y and Z");
@@ -352,6 +404,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         for (int x = 0; x < 3; ++x)
             for (int y = 0; y < 3; ++y)
                 for (int z = 0; z < 3; ++z) {
+                    place.position[3] = clamped;
                     place.position.head<3>() << q.low[0] + x * (q.high[0] - q.low[0]) / 2,
                         q.low[1] + y * (q.high[1] - q.low[1]) / 2, q.low[2] + z * (q.high[2] - q.low[2]) / 2;
                     q.places.push_back(place);

@@ -63,11 +63,35 @@ private:
     std::vector<std::string_view> lines_;
 };
 
+// Why squareness would take a row in no table, behind the rows before it; "" if it takes it. `error` is the
+// place of the error in ErrorMotions.
+inline std::string misfit(const DirectionRows& rows, std::size_t i, std::size_t error) {
+    using csv::decimal;
+    const char* const unit = error < 3 ? " mm" : " rad";
+    for (double DirectionRow::*const way : {&DirectionRow::up, &DirectionRow::down}) {
+        const double value = rows[i].*way;
+        if (!(std::abs(value) <= error_table_file::largest[error]))
+            return "an error of " + decimal(value) + unit + " is beyond " +
+                   decimal(error_table_file::largest[error]) + unit;
+        if (i == 0) continue;
+        const double from = rows[i - 1].*way, step = rows[i].position - rows[i - 1].position;
+        if (!(std::abs(value - from) <= error_table_file::steepest[error] * step))
+            return "from " + decimal(from) + " to " + decimal(value) + unit + " within " + decimal(step) +
+                   " mm is too steep";
+    }
+    const double most = 2 * error_table_file::most_half[error];
+    if (!(std::abs(rows[i].up - rows[i].down) <= most))
+        return "the directions differ by " + decimal(std::abs(rows[i].up - rows[i].down)) + unit +
+               ", more than " + decimal(most) + unit;
+    return "";
+}
+
 // The rows with an error of 0 at `place`, the mean of both directions there, between two rows linear.
 inline DirectionRows zeroed(DirectionRows rows, double place) {
-    if (rows.size() < 2 || place < rows.front().position || place > rows.back().position)
-        throw std::runtime_error("the zero at " + csv::decimal(place) +
-                                 " is beyond the positions of the table");
+    if (!(place >= rows.front().position && place <= rows.back().position))
+        throw std::runtime_error(
+            "the zero at " + csv::decimal(place) + " mm is not within the positions of the table, " +
+            csv::decimal(rows.front().position) + " to " + csv::decimal(rows.back().position) + " mm");
     double zero = 0;
     for (std::size_t i = 1; i < rows.size(); ++i) {
         const DirectionRow &a = rows[i - 1], &b = rows[i];

@@ -4,10 +4,12 @@
 #include "components/io/files/direction_rows.hpp"
 #include "components/math/geometry/lost_motion.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,10 +17,13 @@
 namespace plumb {
 
 // Renishaw's .rtl of a linear measurement: targets in mm, five a line, and a line "run target value" for each
-// reading, in um, measured minus target. Odd runs rise, even runs come back.
+// reading, in um, measured minus target. Odd runs rise, even runs come back. Readings of another kind have
+// other units: they are refused, unless the user tells the unit.
 namespace rtl_file {
 
-inline std::vector<BothWays> read(const std::string& name, std::string_view text) {
+// In mm; with the `size` of a told unit, in mm or rad.
+inline std::vector<BothWays> read(const std::string& name, std::string_view text,
+                                  std::optional<double> size = {}) {
     const direction_rows::Lines lines(name, text);
     const auto find = [&](std::string_view what, std::size_t from) {
         for (std::size_t i = from; i < lines.size(); ++i)
@@ -39,10 +44,11 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
         return result;
     };
     const std::size_t header = find("HEADER::", 0), data = find("TARGET DATA::", header);
-    for (std::size_t i = header; i < data; ++i)
+    for (std::size_t i = header; i < data && !size; ++i)
         for (const char* other : {"angular", "straightness", "flatness", "squareness", "rotary"})
             if (lower(lines[i]).find(other) != std::string::npos)
-                lines.refuse(i, csv::quoted(lines[i]) + " is no linear measurement: its unit is not um");
+                lines.refuse(i, csv::quoted(lines[i]) +
+                                    " is no linear measurement: its unit is not um. Give --error and --unit");
     const std::size_t targets = count("Target-count:", data, 4096), list = find("Targets", data);
     std::vector<BothWays> places;
     std::size_t at = list + 1;
@@ -60,6 +66,7 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
     const std::size_t runs = count("Run-count:", find("RUNS::", at), 1000);
     const std::size_t table = find("Run Target Data:", find("DEVIATIONS::", at));
     std::size_t read = 0;
+    double largest = 0;
     for (at = table + 1; at < lines.size() && lines[at].find("::") == std::string_view::npos; ++at) {
         if (lines[at].empty()) continue;
         const std::vector<double> row = lines.numbers(at);
@@ -73,15 +80,21 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
                                  ", where run " + std::to_string(run) + ", target " + std::to_string(target) +
                                  " comes next");
         if (!(std::abs(row[2]) <= 10'000))
-            lines.refuse(at, csv::decimal(row[2]) + " um is beyond 10 mm; is it in um?");
+            lines.refuse(
+                at, csv::decimal(row[2]) + (size ? "" : " um") +
+                        (size ? " is beyond 10,000; is it in its unit?" : " is beyond 10 mm; is it in um?"));
         BothWays& place = places[target - 1];
-        (run % 2 == 1 ? place.up : place.down).push_back(row[2] / 1000);
+        (run % 2 == 1 ? place.up : place.down).push_back(size ? row[2] * *size : row[2] / 1000);
+        largest = std::max(largest, std::abs(row[2]));
         ++read;
     }
     if (read != runs * targets)
         lines.refuse(error_table_file::counted(read, "reading") + ", but " + std::to_string(runs) +
                      " runs of " + std::to_string(targets) + " targets are announced");
     find("EOF::", at);
+    if (!size && largest > 0 && largest < 0.1)
+        lines.refuse("the largest reading is " + csv::decimal(largest) +
+                     " um; are the readings in um, not mm?");
     return places;
 }
 

@@ -82,6 +82,13 @@ public:
         return AxisChainReader(text, rotary).chain();
     }
 
+    // The linear axes alone: A, B and C stand at 0, and move nothing. Throws as read() does.
+    static AxisChain read_linear(const std::string& text) {
+        AxisChainReader reader(text, "");
+        reader.at_zero_ = true;
+        return reader.chain();
+    }
+
 private:
     AxisChainReader(const std::string& text, const std::string& rotary) : text_(text) {
         if (rotary == "none") return;
@@ -140,17 +147,16 @@ private:
 
     void member(AxisBranch& branch) {
         for (const Axis axis : {Axis::A, Axis::B, Axis::C}) {
-            if (at_ == text_.size() || text_[at_] != letter(axis) || !is_rotary(axis)) continue;
-            if (chain_.has(axis)) refuse(here() + " is named twice");
-            branch.add(axis);
+            if (at_ == text_.size() || text_[at_] != letter(axis)) continue;
+            bool& still = still_[static_cast<std::size_t>(direction(axis))];
+            if (chain_.has(axis) || still) refuse(here() + " is named twice");
+            if (is_rotary(axis))
+                branch.add(axis);
+            else if (axis == Axis::C || at_zero_)
+                still = true;
+            else
+                refuse(here() + " is a rotary axis that rotary does not name");
             ++at_;
-            return;
-        }
-        if (at_ < text_.size() && (text_[at_] == 'A' || text_[at_] == 'B'))
-            refuse(here() + " is a rotary axis that rotary does not name");
-        if (at_ < text_.size() && text_[at_] == 'C') {
-            if (spindle_) refuse("C is named twice");
-            spindle_ = take('C');
             return;
         }
         for (const Axis axis : {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W}) {
@@ -185,8 +191,8 @@ private:
     const std::string& text_;
     std::size_t at_ = 0;
     AxisChain chain_;
-    std::array<bool, 3> rotary_{};  // A, B, C
-    bool spindle_ = false;
+    std::array<bool, 3> rotary_{}, still_{};  // A, B, C; still: a spindle, or an axis at 0
+    bool at_zero_ = false;
 };
 
 }  // namespace plumb

@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace plumb {
 namespace {
@@ -34,11 +35,25 @@ void check(const CircleSetup& setup, const CircularPath& path) {
         throw std::invalid_argument(which + " covers " + degrees(covered) + ", and needs 330 deg");
     if (second > 5 * pi / 180)
         throw std::invalid_argument(which + " has gaps of " + degrees(second) + ", and needs 5 deg or less");
-    for (const double radius : path.radii)
-        if (!(std::abs(radius - setup.radius) <= 1))
-            throw std::invalid_argument(which + " has a radius of " + std::to_string(radius) +
-                                        " mm, 1 mm or more from the nominal " + std::to_string(setup.radius) +
+    for (std::size_t i = 0; i < path.radii.size(); ++i)
+        if (!(std::abs(path.radii[i] - setup.radius) <= 1))
+            throw std::invalid_argument(which + " has a radius of " + std::to_string(path.radii[i]) +
+                                        " mm at " + degrees(path.angles[i]) +
+                                        ", 1 mm or more from the nominal " + std::to_string(setup.radius) +
                                         " mm");
+}
+
+// The mean along the circle, of values at angles in any order.
+double mean_around(std::vector<std::pair<double, double>> points) {
+    for (auto& [angle, value] : points) angle -= 2 * pi * std::floor(angle / (2 * pi));
+    std::sort(points.begin(), points.end());
+    double sum = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto& [angle, value] = points[i];
+        const double next = i + 1 < points.size() ? points[i + 1].first : points[0].first + 2 * pi;
+        sum += (next - angle) * (value + points[(i + 1) % points.size()].second) / 2;
+    }
+    return sum / (2 * pi);
 }
 
 bool near_turn(double angle) {
@@ -87,16 +102,19 @@ CircleResult circle_result(const CircleSetup& setup, const std::vector<CircularP
     CircleResult result;
     double most = -1e9, least = 1e9;
     for (const CircularPath& path : paths) {
+        std::vector<std::pair<double, double>> around;
         double high = -1e9, low = 1e9;
         for (std::size_t i = 0; i < path.angles.size(); ++i) {
             const double t = path.angles[i], dr = path.radii[i] - R;
             if (!near_turn(t)) squares += std::pow(dr - row(t, path.clockwise).dot(solution->parameters), 2);
             const double centred =
                 dr - solution->parameters[1] * std::cos(t) - solution->parameters[2] * std::sin(t);
+            around.emplace_back(t, centred);
             high = std::max(high, centred);
             low = std::min(low, centred);
         }
         (path.clockwise ? result.g_clockwise : result.g_counter) = high - low;
+        result.d += mean_around(around) / static_cast<double>(paths.size());
         most = std::max(most, high);
         least = std::min(least, low);
     }

@@ -29,6 +29,7 @@ struct CircleResult {
     Estimate lag;                           // s, of a less b; only with both directions
     double centre_a = 0, centre_b = 0;      // mm
     double radius_deviation = 0;            // mm, mean radius less nominal: the bar, and equal scales
+    double d = 0;                           // mm, D: mean radius of both paths less nominal
     bool both_directions = false;
     double noise = 0;                                   // mm, rms of the residuals
     double g_clockwise = 0, g_counter = 0, g_both = 0;  // mm, G and G(b)

@@ -124,6 +124,7 @@ NOTES = {
     "age-unknown": "The age of the measurement of {of} is not known; it counts as {first} days.",  # for gettext: _("The age of the measurement of {of} is not known; it counts as {first} days.")
     "temperature": "{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.",  # for gettext: _("{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.")
     "table-ends": "The table of {of} ends at {first} and {second} mm, within the work space: beyond, nothing was measured.",  # for gettext: _("The table of {of} ends at {first} and {second} mm, within the work space: beyond, nothing was measured.")
+    "rotary": "The rotary axes stand at 0: {of}. Their errors, and other angles, are not in U.",  # for gettext: _("The rotary axes stand at 0: {of}. Their errors, and other angles, are not in U.")
     "no-u": "No uncertainty either: {of}.",  # for gettext: _("No uncertainty either: {of}.")
 }
 

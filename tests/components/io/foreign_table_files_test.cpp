@@ -116,7 +116,8 @@ std::string with(const std::string& from, const std::string& to) {
 TEST(RtlFile, IsRefusedWithTheLine) {
     EXPECT_EQ(with("TARGET DATA::", "TARGETS::"), "a.rtl: there is no line 'TARGET DATA::'");
     EXPECT_EQ(with("Machine: mill", "Type: Angular pitch"),
-              "a.rtl: line 2: 'Type: Angular pitch' is no linear measurement: its unit is not um");
+              "a.rtl: line 2: 'Type: Angular pitch' is no linear measurement: its unit is not um. "
+              "Give --error and --unit");
     EXPECT_EQ(with("Target-count: 6", "Target-count: 7").substr(0, 14), "a.rtl: line 8:");
     EXPECT_EQ(with("Target-count: 6", "Target-count: 5"),
               "a.rtl: line 19: run 1, target 6, where run 2, target 5 comes next");
@@ -153,7 +154,7 @@ TEST(DirectionRows, AreZeroAtTheReferencePlaceAndMakeASealedTable) {
     EXPECT_NEAR(rows[0].up, -0.004, 1e-12);
     EXPECT_NEAR(rows[1].down, 0.004, 1e-12);
     EXPECT_THAT(refusal<std::runtime_error>([&] { direction_rows::zeroed(rows, 101); }),
-                HasSubstr("the zero at 101 is beyond the positions of the table"));
+                HasSubstr("the zero at 101 mm is not within the positions of the table, 0 to 100 mm"));
     const std::string text = direction_rows::table_text('X', "EXX", rows, "# u: EXX+ 0.0002\n");
     EXPECT_THAT(text,
                 testing::StartsWith("# u: EXX+ 0.0002\nX,EXX+,EXX-\n0,-0.004,0\n100,0,0.004\n# end, seal "));

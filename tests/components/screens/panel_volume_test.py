@@ -8,10 +8,10 @@ import sys
 import tempfile
 import unittest
 
-from tree import ROOT
+from tree import BUILD, ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import volume_state  # noqa: E402
+from panel import chopping_orders, texts, volume_state  # noqa: E402
 
 
 class Ini:
@@ -108,6 +108,18 @@ class Shown(unittest.TestCase):
         self.assertEqual(volume_state.cause_in_words("drift of EC0Y"), "drift of EC0Y")
         note = {"kind": "temperature", "of": "X", "first": 20, "second": 26}
         self.assertEqual(volume_state.note_in_words(note), "X was measured at 20 \u00b0C, and it is 26 \u00b0C: measure again.")
+
+    def test_causes_and_notes_are_said_in_german(self):
+        texts.choose(os.path.join(BUILD, "share", "locale"), "de")
+        self.addCleanup(texts.choose, os.path.join(BUILD, "share", "locale"), "en")
+        self.assertEqual(volume_state.cause_in_words("EXX, by direction"), "EXX, je Richtung")
+        self.assertEqual(volume_state.cause_in_words("the machine"), "die Maschine")
+        for kind in volume_state.NOTES:
+            note = {"kind": kind, "of": "EXX, by direction", "first": 20, "second": 26}
+            self.assertNotEqual(volume_state.note_in_words(note), volume_state.NOTES[kind].format(**note), kind)
+        self.assertIn("EXX, je Richtung", volume_state.note_in_words({"kind": "no-u", "of": "EXX, by direction", "first": 0, "second": 0}))
+        section = dict(zip(("section-0-kind", "section-0-from", "section-0-to", "section-0-ratio"), (chopping_orders.BOTH, -20.0, -5.0, 0.5)))
+        self.assertIn("in beiden Richtungen", chopping_orders.section_in_words(Instance(section), {}, 0))
 
 
 class Answered(unittest.TestCase):

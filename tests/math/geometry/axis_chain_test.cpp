@@ -72,7 +72,7 @@ TEST(AxisChain, RefusalNamesTextPlaceAndReason) {
         {"w-Z.b-X-", "9", "expected one of X Y Z U V W C, not the end"},
         {"w-Z.b-X-Y-X-t", "11", "\"X\" is named twice"},
         {"w-Z.b-X-Z-Y-t", "9", "\"Z\" is named twice"},
-        {"w-C.b-X-C-t", "9", "C is named twice"},
+        {"w-C.b-X-C-t", "9", "\"C\" is named twice"},
         {"w-U.b-X-W-Y-Z-t", "9",
          "\"W\" is too many: only one of U, V and W is possible, and U is named already"},
         {"w-Z.X-Y-t", "5", "after . comes b, the bed, not \"X\""},
