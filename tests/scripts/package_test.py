@@ -31,7 +31,7 @@ class Refused(unittest.TestCase):
         self.addCleanup(shutil.rmtree, build)
         # The compiler of this computer, which CMake is told to know already.
         known = {"CMAKE_CXX_COMPILER_FORCED": "ON", "CMAKE_SIZEOF_VOID_P": "4"}
-        status, output = output_of("cmake", "-S", ROOT, "-B", build, *(f"-D{name}={value}" for name, value in known.items()))
+        status, output = output_of("cmake", "-G", "Ninja", "-S", ROOT, "-B", build, *(f"-D{name}={value}" for name, value in known.items()))
         self.assertEqual(status, 1, output)
         self.assertIn("Plumb is for amd64 and arm64.", output)
 
