@@ -24,6 +24,7 @@ import error_tables  # noqa: E402
 from hal_files import HalFiles  # noqa: E402
 import hal_text  # noqa: E402
 import later_files  # noqa: E402
+import rotary_axes  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
 import writing  # noqa: E402
@@ -576,6 +577,13 @@ class Tables(unittest.TestCase):
         self.assertEqual(len(note), 1)
         self.assertIn("reversal-acceleration to at most 100 and reversal-rate to at most 0.9", note[0])
         self.assertEqual(list(error_tables.slow_turns(*self.machine("", "EYY"))), [])
+
+    def test_a_rotary_axis_without_a_joint_is_named(self):
+        for value, named in (("YA", ["A"]), ("AC", ["A", "C"]), ("Y", []), ("none", []), ("", [])):  # Y has a joint
+            machine, _home = self.machine("[SQUARENESS]\nROTARY = %s\n" % value if value else "", "EYY")
+            found = list(rotary_axes.without_joint(machine))
+            self.assertEqual([note.split(",")[0] for note in found], ["[SQUARENESS]ROTARY names " + letter for letter in named])
+        self.assertIn("--joints X=0,Y=1,Z=2,A=3; or net joint.N.pos-cmd to square.a-position", list(rotary_axes.without_joint(self.machine("[SQUARENESS]\nROTARY = A\n", "EYY")[0]))[0])
 
 
 class Copies(unittest.TestCase):

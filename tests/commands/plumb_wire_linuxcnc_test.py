@@ -96,7 +96,7 @@ class Works(Sample):
         self.assertEqual(status, 0, output)
         self.assertIn("squareness_settings.hal (yours, not written)", flat)
         self.assertEqual(read(settings), "setp square.ea0z 0\nsetp square.eb0z 0.0001\n")
-        self.assertTrue(read(values).startswith("[SQUARENESS]\nTABLE = none\nCHAIN = w-Y.b-Z-X-C-t\n"), read(values))
+        self.assertTrue(read(values).startswith("[SQUARENESS]\nROTARY = none\nTABLE = none\nCHAIN = w-Y.b-Z-X-C-t\n"), read(values))
         self.assertIn("[PLUMB_NUMBERS]\n", read(values))
         stages = read(os.path.join(self.folder(LATHE), "stages.hal"))
         self.assertIn("joint_offset names=x-stage,z-stage unit=[TRAJ]LINEAR_UNITS\n", stages)  # a lathe has no Y

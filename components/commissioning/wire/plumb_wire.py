@@ -26,6 +26,7 @@ from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
 from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
 from plumb_program import run as run_program  # noqa: E402
+from rotary_axes import without_joint  # noqa: E402
 from stand_ins import given_pins  # noqa: E402
 from texts import Impossible, wrapped  # noqa: E402
 from trial import NotStarted  # noqa: E402
@@ -538,7 +539,7 @@ class Wire:
             print("\n%s has the lines that put them in." % ini_name)
         machine = wiring.machine
         notes = wiring.notes + unsealed(machine.ini, machine.files, self.home)
-        for note in [*notes, *own_compensation(machine, self.home), *slow_turns(machine, self.home)]:
+        for note in [*notes, *own_compensation(machine, self.home), *slow_turns(machine, self.home), *without_joint(machine)]:
             print(wrapped(note, "  "))
         missing = self.missing(wiring)
         if missing:

@@ -65,7 +65,7 @@ def by_body_diagonals(machine, drawn):
         begin, end = ({axis: BOX[axis][place ^ (sign == "N")] for axis, sign in zip("XYZ", signs)} for place in (0, 1))
         deviations.append(np.linalg.norm(tip_at(machine, **end) - tip_at(machine, **begin)) - math.hypot(*sides) + drawn.gauss(0, U_LENGTH))
     text = program("plumb-volume", "diagonals", "--box", ",".join(map(str, sides)), "--deviations", ",".join(f"{value * UM:.5f}um" for value in deviations), "--u", f"{U_LENGTH * UM}um")
-    rows = [line.split() for line in text.splitlines() if "urad" in line]  # X to Y value +- U urad
+    rows = [line.split() for line in text.splitlines() if "+-" in line and "urad" in line]  # X to Y value +- U urad
     return {row[0] + row[2]: (float(row[3]) / URAD, float(row[5]) / 2 / URAD) for row in rows}
 
 

@@ -16,6 +16,7 @@ class Function:
         with open(os.path.join(folder, "wire.toml"), "rb") as file:
             given = tomllib.load(file)
         self.summary, self.axes, self.required = given["summary"], given["axes"], given["required"]
+        self.reads = given.get("reads", [])
         self.joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
         self.stroke = given.get("stroke", {})
@@ -56,7 +57,7 @@ class Function:
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         moved = self.numbers.moved if self.numbers else {}
-        absent = tuple(letter.lower() + "-" for letter in self.axes if letter not in axes)
+        absent = tuple(letter.lower() + "-" for letter in [*self.axes, *self.reads] if letter not in axes)
         return [
             command._replace(words=[moved.get(word, word) for word in command.words])
             for command in hal_text.parse(self.text(self.name + ".hal"))
