@@ -11,7 +11,7 @@ import tempfile
 
 import numpy as np
 
-from support import charts, drives, proven
+from support import charts, drives, ends, proven
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import percentile_lines
 from support.recordings import write_rows
@@ -355,12 +355,21 @@ def proven_axes(seeds, options):
     return [*proven.table(by_plant), "", written_line([path])]
 
 
+def ways_to_the_end(seeds, options):
+    axes = ends.drawn_axes(seeds)
+    found = simulate_all(ends.simulate, axes, ends.DURATION * len(axes), place_of(options))
+    path = os.path.join(options.output, "ends.csv")
+    write_rows(path, *ends.rows(axes, found))
+    by_strength = {its: [outcome for (*_, strength), outcome in zip(axes, found) if strength == its] for its in ends.STRENGTHS}
+    return [*ends.table(by_strength), "", written_line([path])]
+
+
 def times_and_drift(_, options):
     [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
     return [*time_lines(planned_times(None)), "", drift_line(options.hours, *late)]
 
 
-TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "times": times_and_drift}
+TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "ends": ways_to_the_end, "times": times_and_drift}
 
 # --- the command ---
 

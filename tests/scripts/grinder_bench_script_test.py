@@ -5,7 +5,7 @@ import unittest
 
 import grinder
 from bench_runs import run_bench
-from support import drives, proven
+from support import drives, ends, proven
 
 
 def results(learned=((0.5, -1), (1, 3))):
@@ -36,6 +36,55 @@ class Figures(unittest.TestCase):
         self.assertEqual(grinder.time_lines(times)[3].split()[1:3], ["2.000", "(%.1f)" % grinder.ALONG])
 
 
+def made(kind, **values):
+    outcome = kind()
+    vars(outcome).update(values)
+    return outcome
+
+
+class Counts(unittest.TestCase):
+    """Each column of the tables, on outcomes made by hand."""
+
+    def test_drives(self):
+        outcomes = [
+            made(drives.Outcome, learned=True, can=True, beyond=3.0, cycles=11, strokes_until_told=0.5, affected=True, fault_later=21),
+            made(drives.Outcome, learned=True, beyond=7.0, cycles=12, strokes_until_told=1.2, affected=True, fault_later=21),
+            made(drives.Outcome, learned=True, beyond=8.0, cycles=13, strokes_until_told=4.0, affected=True),
+            made(drives.Outcome, learned=True, beyond=1.0, cycles=14, strokes_until_told=4.0),
+            made(drives.Outcome, fault=22),
+            made(drives.Outcome),
+        ]
+        [_, _, line] = drives.table({("ram", False): outcomes})
+        self.assertEqual(line.split()[-10:], "6 4 1 1 3.0 8.0 13.0 14.0 4 2".split())
+
+    def test_proven(self):
+        outcomes = [
+            {kind: made(proven.Outcome, cycles=2, factor=1.0, beyond=3.0) for kind in proven.KINDS},
+            {kind: made(proven.Outcome, cycles=4, factor=1.0, beyond=6.0, fault=13) for kind in proven.KINDS},
+            {kind: made(proven.Outcome, factor=0.5, beyond=1.0) for kind in proven.KINDS},
+            {kind: made(proven.Outcome, factor=0.5, beyond=1.0, fault=13) for kind in proven.KINDS},
+            None,
+        ]
+        for line in proven.table({"ram": outcomes})[2:]:
+            self.assertEqual(line.split()[-9:], "4 2 1 40 40 40 6.0 2 1".split())
+
+    def test_ends(self):
+        outcomes = [made(ends.Outcome, beyond=[-1.0, 7.0], seconds=[1.0, 2.0], told=2), made(ends.Outcome, beyond=[2.0, 9.0], seconds=[3.0, 4.0], silent=1), None]
+        [_, _, line] = ends.table({1.1: outcomes})
+        self.assertEqual(line.split()[-9:], "2 4 7.0 9.0 9.0 2 1 3.00 4.00".split())
+        header, rows = ends.rows([("ram", 1, 1.1), ("ram", 2, 1.1), ("ram", 3, 1.1)], outcomes)
+        self.assertEqual(len(rows), 4)
+        self.assertEqual({len(row) for row in rows}, {len(header)})
+
+    def test_a_dead_point_that_stays_wrong_and_a_late_fault_count(self):
+        self.assertTrue(made(drives.Outcome, affected=True).late)
+        self.assertTrue(made(drives.Outcome, affected=True, fault_later=21, strokes_until_told=1.2).late)
+        self.assertFalse(made(drives.Outcome, affected=True, fault_later=21, strokes_until_told=1.0).late)
+        self.assertTrue(made(drives.Outcome).silent)
+        self.assertFalse(made(drives.Outcome, learned=True).silent)
+        self.assertFalse(made(proven.Outcome, cycles=4).soon)
+
+
 class Command(unittest.TestCase):
     def test_a_single_axis_has_no_percentiles(self):
         done = run_bench("grinder", "--seeds", "1")
@@ -45,7 +94,7 @@ class Command(unittest.TestCase):
     def test_an_unknown_table_is_refused(self):
         done = run_bench("grinder", "--tables", "drives")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("errors, force, proven, times", done.stderr.replace("'", ""))
+        self.assertIn("errors, force, proven, ends, times", done.stderr.replace("'", ""))
 
 
 class OneAxis(unittest.TestCase):
@@ -92,6 +141,16 @@ class Proven(unittest.TestCase):
             header, rows = proven.rows([(plant, 3), (plant, 4)], [outcomes, None])
             self.assertEqual([row[:3] for row in rows], [[plant, 3, kind] for kind in proven.KINDS])
             self.assertEqual({len(row) for row in rows}, {len(header)})
+
+
+class Ends(unittest.TestCase):
+    def test_an_axis_stops_at_r_or_is_told(self):
+        for plant in ends.PLANTS:
+            outcome = ends.simulate(plant, 3, 1.1, lambda seconds: True)
+            self.assertEqual(len(outcome.beyond), ends.WAYS)
+            self.assertLess(max(outcome.beyond), 5, plant)
+            self.assertEqual(outcome.silent, 0, plant)
+            self.assertGreater(min(outcome.seconds), 0.2, plant)
 
 
 class Drift(unittest.TestCase):

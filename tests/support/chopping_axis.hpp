@@ -18,13 +18,13 @@ inline constexpr double dt = 0.001;  // s
 inline constexpr double nm = 1e-6;   // mm
 
 // A stroke from -20 to -8 mm below R, which is 0.
-inline void wire(Bench& bench) {
+inline void wire(Bench& bench, const std::string& plant = "sim_grinder") {
+    bench.command("loadrt " + plant + " names=axis");
     for (const char* line :
-         {"loadrt chopping names=chop", "loadrt sim_grinder names=axis", "setp chop.upper            -8",
-          "setp chop.lower           -20", "setp chop.feed             60", "setp chop.max-acceleration 1000",
-          "setp chop.min-limit      -100", "setp chop.max-limit       100", "setp chop.homed             1",
-          "setp chop.motion-enabled    1", "setp axis.resolution        0.0001",
-          "net command chop.command => axis.position-cmd",
+         {"loadrt chopping names=chop", "setp chop.upper            -8", "setp chop.lower           -20",
+          "setp chop.feed             60", "setp chop.max-acceleration 1000", "setp chop.min-limit      -100",
+          "setp chop.max-limit       100", "setp chop.homed             1", "setp chop.motion-enabled    1",
+          "setp axis.resolution        0.0001", "net command chop.command => axis.position-cmd",
           "net feedback axis.position => chop.joint-feedback", "addf chop.update servo-thread",
           "addf axis.update servo-thread"})
         bench.command(line);

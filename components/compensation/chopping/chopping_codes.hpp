@@ -29,7 +29,8 @@ enum class Fault : std::int32_t {
     lost,
     lags,
     weak_drive,
-    last_good
+    last_good,
+    passed_end
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -100,6 +101,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::last_good:
             return "The axis passed a dead point by more than max-beyond twice: the last good speed stays "
                    "until learn is set false and true.";
+        case Fault::passed_end:
+            return "The axis passed position, point R, by more than max-beyond: the next way there is "
+                   "slower.";
         default: return nullptr;
     }
 }

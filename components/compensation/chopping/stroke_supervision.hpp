@@ -4,6 +4,7 @@
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/cycle_clock.hpp"
 #include "components/compensation/chopping/dead_point_watch.hpp"
+#include "components/compensation/chopping/end_watch.hpp"
 #include "components/compensation/chopping/stroke_in_force.hpp"
 #include "components/compensation/chopping/stroke_motion.hpp"
 #include "components/math/oscillation/measured_phase.hpp"
@@ -58,6 +59,7 @@ public:
         recovery_ = std::max(recovery_ - dt, 0.0);
         if (seen.measurable) phase_.step(seen.measured, motion.oscillation().plan());
         arrive(seen, motion, in_force, dt);
+        watch_end({seen.measurable, seen.measured, commanded}, motion, values.learn, dt, found);
         look({seen.measurable, seen.measured, commanded}, motion, in_force, dt, found);
         return found;
     }
@@ -100,6 +102,17 @@ private:
         watch_.arrive(arrival);
         clock_.arrive(arrival.upper, arrival.infeed ? seen.pulse : 0);
         if (!arrival.upper) fit_cycle_time(motion.oscillation(), in_force);
+    }
+
+    // Where a way to the end position ends.
+    void watch_end(const Seen& seen, const StrokeMotion& motion, bool learns, double dt,
+                   Findings& found) noexcept {
+        if (!seen.measurable) return;
+        const Oscillation& oscillation = motion.oscillation();
+        const EndWatch::Now now{motion.moves() && oscillation.closing(), oscillation.plan().from(),
+                                oscillation.plan().to(), seen.commanded, seen.measured};
+        if (end_.step(now, dt) && learns && learning().ended(end_.beyond()) && found.fault == Fault::none)
+            found.fault = Fault::passed_end;
     }
 
     // The command is that of the period before, which the axis has seen.
@@ -154,6 +167,7 @@ private:
     }
 
     DeadPointWatch watch_;
+    EndWatch end_;
     MeasuredPhase phase_;
     CycleClock clock_;
     double last_commanded_ = 0;  // mu

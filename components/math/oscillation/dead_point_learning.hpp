@@ -3,6 +3,7 @@
 
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/oscillation/climb.hpp"
+#include "components/math/oscillation/end_approach.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
 #include "components/math/oscillation/overshoot_model.hpp"
@@ -130,13 +131,21 @@ public:
     // inset.
     void restrain(OscillationSettings& settings) const noexcept {
         settings.learned = number_;
+        settings.end_acceleration = end_acceleration(settings.acceleration);
         if (!(settings_.demand > 0)) return;
         const double longer = 1 + std::max(offset_[0] + offset_[1], 0.0) / length();  // in the same time
         const double most = std::max(1.05 * settings_.demand * longer * climb_.level(), nearly * proven_);
         settings.acceleration = std::min(settings.acceleration, most);
         settings.braking = climb_.braking();
-        if (at_full_speed())
+        if (climb_.complete())
             settings.caution = settings_.inset / 2 + std::max({-offset_[0], -offset_[1], 0.0});
+    }
+
+    // A way to the end position has ended, and the axis went so far beyond, mu. True if that is too far.
+    bool ended(double beyond) noexcept {
+        if (settings_.demand > 0)
+            approach_.ended(strokes_now(0), end_acceleration(0), beyond, settings_.most_beyond);
+        return beyond > settings_.most_beyond;
     }
 
     // Where the end of a stroke lies, with the acceleration of its reversal, its speed, and the distance from
@@ -261,14 +270,22 @@ private:
                least_longer();
     }
     double whole_length() const noexcept { return length() + offset_[0] + offset_[1]; }  // of the command
+    // Mu/s2, of the way to the end position; by the largest acceleration where no stroke was selected.
+    double end_acceleration(double most) const noexcept {
+        return approach_.acceleration(strokes_now(most), settings_.most_beyond);
+    }
+    EndApproach::Strokes strokes_now(double most) const noexcept {
+        return {settings_.demand > 0 ? settings_.demand : most, climb_.level(), overshoot()};
+    }
+    // S2, for each acceleration, of this joint.
+    double overshoot() const noexcept { return std::max(per_acceleration_, strokes_.largest_overshoot()); }
     // Mu, what a drive that saturates may overshoot.
     double room() const noexcept { return std::min(settings_.inset, 10 * settings_.most_beyond); }
 
     void begin() noexcept {
         climb_.begin(first_factor());
         const double a = settings_.demand * climb_.level();
-        const double overshoot = 1.3 * a * std::max(per_acceleration_, strokes_.largest_overshoot());
-        offset_[0] = offset_[1] = bounded(-settings_.inset - overshoot, settings_.most);
+        offset_[0] = offset_[1] = bounded(-settings_.inset - 1.3 * a * overshoot(), settings_.most);
         excess_ = excess_speed_ = last_excess_ = {};
         if (const Learned* known = strokes_.find(stroke_); known && !doubted_) expect(*known);
         slow_ = force_ = unknown;
@@ -331,6 +348,7 @@ private:
 
     void forget_turns() noexcept {
         for (OvershootModel& each : turns_) each.forget();
+        approach_.begin();
     }
 
     // At once at full speed where the joint has proven the acceleration since the start. One that it has
@@ -568,6 +586,7 @@ private:
     Stroke stroke_;
     LearnedStrokes strokes_;
     Climb climb_;
+    EndApproach approach_;
     int number_ = 0;  // of the stroke, which changes with each that is selected
     bool used_ = false, was_learned_ = false, weak_drive_ = false;
     bool doubted_ = false;  // the axis is not the one that learned

@@ -240,9 +240,13 @@ private:
             now.upper = upper_;
         }
         leg.acceleration = now.acceleration * now.braking;
-        StrokeRequest request = leg.kind == Kind::closing ? OscillationLeg::to_position(from, end(), now)
-                                                          : leg.to_dead_point({from, lower_, upper_, upward},
-                                                                              now, settings_, learned);
+        StrokeRequest request;
+        if (leg.kind != Kind::closing)
+            request = leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned);
+        else if (leaves_outside && !this->leg().leads_to(end()))
+            request = OscillationLeg::inward({from, lower_, upper_}, now);
+        else
+            request = OscillationLeg::to_position(from, end(), now);
         if (leg.near && leg.kind == Kind::first && stop_ == Stop::none)
             request = leg.to_dead_point({from, lower_, upper_, !upward}, now, settings_, learned);
         planner_.begin(request, plans_[1 - running_]);
@@ -290,12 +294,14 @@ private:
         arrival_.infeed = !leg().sparks && stop_ != Stop::withdraw;
     }
 
-    // Brakes, if it then rests in the region or, before the first dead point, on the way there.
+    // Brakes, if it then rests in the region, where the axis may stand, or, before the first dead point, on
+    // the way there.
     void brake(const StrokePlan::Moment& now, double acceleration, bool holds) noexcept {
         const Braking braking(now, acceleration);
-        const double from = leg().kind == Kind::regular ? lower_ : plan().from(), end = braking.end();
-        const bool inside =
-            end >= std::min(from, lower_) - nothing && end <= std::max(from, upper_) + nothing;
+        const double margin = 2 * leg().margin();  // it brakes harder than at a turn
+        const double low = lower_ + margin, high = upper_ - margin;
+        const double from = leg().kind == Kind::regular ? low : plan().from(), end = braking.end();
+        const bool inside = end >= std::min(from, low) - nothing && end <= std::max(from, high) + nothing;
         if (leg().kind == Kind::closing || inside) begin_braking(braking, holds);
     }
 
@@ -383,8 +389,7 @@ private:
     bool withdraws() const noexcept {
         if (next().kind == Kind::closing) return true;
         if (next().kind == Kind::none) return is_end(position_);
-        const bool outward = upward() ? end() >= position_ : end() <= position_;
-        return !closes_from(position_) || (leg().ends_outside() && !outward);
+        return !closes_from(position_) || (leg().ends_outside() && !leg().leads_to(end()));
     }
 
     void move_to(const StrokePlan::Moment& now) noexcept {

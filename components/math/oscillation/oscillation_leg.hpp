@@ -53,6 +53,12 @@ struct OscillationLeg {
         return kind != Kind::closing && arrival.offset > nothing - margin();
     }
 
+    // Whether a position lies so far outside its dead point that an axis which goes on there passes neither.
+    bool leads_to(double position) const noexcept {
+        const double way = arrival.upper ? position - arrival.bound : arrival.bound - position;
+        return way > margin() + std::max(arrival.offset, 0.0);
+    }
+
     // Where it begins, and what is in force then.
     struct Begin {
         double position = 0, lower = 0, upper = 0;
@@ -129,7 +135,21 @@ struct OscillationLeg {
         request.to = to;
         request.shape = {std::min(from, to), std::max(from, to), fastest};
         request.largest_speed = std::min(now.speed, now.largest_speed);
-        request.acceleration = now.acceleration * now.braking;
+        request.acceleration = std::min(now.acceleration * now.braking, now.end_acceleration);
+        return request;
+    }
+
+    // Makes it one that leaves a dead point as a stroke does, and ends amid the region: an axis whose end is
+    // learned for a turn goes farther out where its command leaves otherwise.
+    static StrokeRequest inward(const Begin& begin, const OscillationSettings& now) noexcept {
+        StrokeRequest request;
+        request.from = begin.position;
+        request.to = (begin.lower + begin.upper) / 2;
+        request.shape = {std::min(begin.position, begin.lower), std::max(begin.position, begin.upper),
+                         now.speed};
+        request.largest_speed = now.largest_speed;
+        request.acceleration = now.acceleration;
+        request.braking = 0.5;
         return request;
     }
 

@@ -14,12 +14,13 @@ struct OscillationSettings {
     // position, without spark-out.
     enum class Stop { none, dead_point, end_position, at_once, withdraw, lower, upper };
 
-    double lower = 0, upper = 0;  // dead points, lower < upper
-    double speed = 0;             // mu/s, peak, with the override
-    double acceleration = 0;      // mu/s2, the largest
-    double braking = 1;           // the part of it that brakes, and ends any other motion
-    double largest_speed = 0;     // mu/s
-    double caution = 0;           // mu, by which a stroke ends inside for which no end was learned
+    double lower = 0, upper = 0;    // dead points, lower < upper
+    double speed = 0;               // mu/s, peak, with the override
+    double acceleration = 0;        // mu/s2, the largest
+    double braking = 1;             // the part of it that brakes, and ends any other motion
+    double end_acceleration = 1e9;  // mu/s2, the largest on the way to the end position
+    double largest_speed = 0;       // mu/s
+    double caution = 0;             // mu, by which a stroke ends inside for which no end was learned
     double lower_dwell = 0, upper_dwell = 0;  // s
     double exact_stop = 0;           // s, the longest wait for the axis at a dead point, before its dwell
     double lowest = 0, highest = 0;  // soft limits
@@ -34,10 +35,11 @@ struct OscillationSettings {
 
     bool operator==(const OscillationSettings& other) const noexcept {
         const auto all = [](const OscillationSettings& its) {
-            return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.braking, its.largest_speed,
-                            its.caution, its.lower_dwell, its.upper_dwell, its.exact_stop, its.lowest,
-                            its.highest, its.end_position, its.strokes, its.spark_out, its.learned,
-                            its.upward_first, its.timed, its.ending, its.sections);
+            return std::tie(its.lower, its.upper, its.speed, its.acceleration, its.braking,
+                            its.end_acceleration, its.largest_speed, its.caution, its.lower_dwell,
+                            its.upper_dwell, its.exact_stop, its.lowest, its.highest, its.end_position,
+                            its.strokes, its.spark_out, its.learned, its.upward_first, its.timed, its.ending,
+                            its.sections);
         };
         return all(*this) == all(other);
     }

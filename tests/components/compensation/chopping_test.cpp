@@ -783,7 +783,7 @@ TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
     EXPECT_EQ(get("learned"), 1);
 }
 
-// The way to R leaves the dead point with max-acceleration, and a stroke with less: the axis turns elsewhere.
+// The way to R ends amid the stroke before it goes on: its dead point is not one of two strokes.
 TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
     ASSERT_EQ(get("learned"), 1);
     const double lower = get("row-lower-offset"), error = get("lower-error");
@@ -792,7 +792,7 @@ TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
         SCOPED_TRACE(i);
         while (get("velocity") > -50) bench.run(0.002);
         set(i % 2 == 0 ? "run" : "go-to-end", i % 2);
-        bench.run(2);
+        bench.run(4);
         EXPECT_EQ(get("at-end"), 1);
         EXPECT_NEAR(get("row-lower-offset"), lower, 2 * um);
         EXPECT_NEAR(get("lower-error"), error, 2 * um);
@@ -805,6 +805,69 @@ TEST_F(Learned, AnEndAtRSpoilsNoDeadPoint) {
         EXPECT_EQ(get("speed-factor"), 1);
         EXPECT_LE(bench.get("axis.truth-upper"), -7.995);
     }
+}
+
+// A drive with 1.1 times the force of the stroke cannot stop as quickly as it turns.
+TEST_F(Chopping, ADriveThatHardlyHasTheForceStopsAtRAndNotBehindIt) {
+    const double stroke = 55.146, acceleration = 1902.8;
+    for (const double end : {1.4 * stroke, 0.0}) {
+        SCOPED_TRACE(end);
+        Bench own;
+        wire(own, "sim_elastic_axis");
+        for (const char* line :
+             {"setp chop.max-feed 2000", "setp chop.max-rate 2000", "setp chop.max-acceleration 20000",
+              "setp chop.max-output-accel 100000", "setp chop.max-correction 8", "setp chop.jerk-time 0.02",
+              "setp chop.learn 1", "setp chop.min-limit -300", "setp chop.max-limit 500", "setp chop.lower 0",
+              "setp axis.seed 71010"})
+            own.command(line);
+        own.set("axis.force-limit", 1.1 * acceleration);
+        own.set("chop.position", end);
+        own.set("chop.upper", stroke);
+        own.set("chop.feed", std::sqrt(acceleration * stroke / 2));
+        own.run(1);
+        own.set("chop.run", 1);
+        own.run(40);
+        ASSERT_EQ(own.get("chop.learned"), 1);
+        own.expect("z > -0.006 && z < " + std::to_string(std::max(end, stroke) + 0.006),
+                   {{"z", "axis.truth-position"}});
+        for (int i = 0; i < 4; ++i) {
+            own.run(1 + 0.13 * i);
+            own.set("chop.run", 0);
+            own.run(6);
+            EXPECT_EQ(own.get("chop.at-end"), 1);
+            EXPECT_NEAR(own.get("axis.truth-position"), end, 0.005);
+            own.set("chop.run", 1);
+        }
+        EXPECT_EQ(own.get("chop.fault-code"), 0);
+    }
+}
+
+// A feed-forward that is too large takes an axis beyond any place where its command stops.
+TEST_F(Learned, AnAxisThatPassesRIsToldAndComesSlowerTheNextTime) {
+    ASSERT_EQ(get("learned"), 1);
+    const auto end = [this](double forward) {
+        set("run", 0);
+        while (get("offset") < -3) bench.run(0.01);
+        bench.set("axis.feed-forward", forward);
+        const double acceleration = -get("acceleration");
+        double farthest = -1;
+        for (const double z : bench.trace(6, {"axis.truth-position"}).column("axis.truth-position"))
+            farthest = std::max(farthest, z);
+        EXPECT_EQ(get("at-end"), 1);
+        EXPECT_EQ(farthest > 0.005, forward > 1) << farthest;
+        EXPECT_EQ(get("fault-code"), forward > 1 ? 24 : 0);
+        bench.set("axis.feed-forward", 0);
+        bench.run(1);
+        start();
+        bench.run(3);
+        EXPECT_EQ(get("fault-code"), 0);
+        return acceleration;
+    };
+    const double first = end(0), second = end(1.25);
+    EXPECT_NEAR(second, 1.6 * first, 0.01 * first);
+    const double third = end(0);
+    EXPECT_LT(third, second / 2);
+    EXPECT_NEAR(end(0), 1.6 * third, 0.01 * third);
 }
 
 // The way to R, a hold and an end at a dead point are no lag of the axis.

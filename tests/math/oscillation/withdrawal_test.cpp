@@ -406,5 +406,93 @@ TEST(Withdrawal, FromRestItGoesStraightToTheEnd) {
     }
 }
 
+// An axis whose end is learned for a turn goes farther out where its command comes back later than in a
+// stroke.
+TEST(TheWayToTheEnd, LeavesALearnedEndAsQuicklyAsAStrokeAndEndsGently) {
+    constexpr double gentle = 40;  // mm/s2
+    for (const double place : {10.0, 10.5, 24.0, 39.0, 70.0})
+        for (const double offset : {2.0, -0.1}) {
+            SCOPED_TRACE(testing::Message() << place << " " << offset);
+            Oscillation::Settings settings = usual();
+            settings.end_position = place;
+            settings.end_acceleration = gentle;
+            settings.caution = 0.2;
+            Watched stroke(settings, 25), stops(settings, 25);
+            for (Watched* its : {&stroke, &stops}) {
+                its->offset[0] = its->offset[1] = offset;
+                its->run(3);
+                its->until([&] { return !its->it.upward() && its->it.velocity() < -50; });
+            }
+            stops.stop(Stop::end_position);
+            stroke.until([&] { return stroke.it.upward() && stroke.it.velocity() > 50; });
+            while (stops.samples.size() < stroke.samples.size()) stops.step();
+            for (std::size_t i = 0; i < stroke.samples.size(); ++i)
+                ASSERT_GE(stops.samples[i], stroke.samples[i] - nothing);
+            stops.until([&] { return stops.it.state() == State::rest; });
+            EXPECT_EQ(stops.it.position(), place);
+            const std::vector<double>& all = stops.samples;
+            const auto amid = [](double z) { return std::abs(z - 25) < 1e-4; };
+            const auto last = std::find_if(all.begin() + static_cast<std::ptrdiff_t>(stroke.samples.size()),
+                                           all.end(), amid);
+            ASSERT_GT(all.end() - last, 5) << "it rests amid the region";
+            for (auto z = last + 5; z + 2 < all.end(); ++z)
+                ASSERT_LE(std::abs(z[2] - 2 * z[1] + z[0]) / (dt * dt), 1.001 * gentle);
+        }
+}
+
+// Where an axis would stand too near to a dead point, its command turns before it brakes.
+TEST(AStopAtOnce, RestsWhereTheAxisMayStand) {
+    Oscillation::Settings settings = usual();
+    settings.caution = 0.5;
+    for (int i = 0; i < 120; ++i) {
+        SCOPED_TRACE(i);
+        Watched its(settings, 25);
+        its.run(3 + 0.01 * i);
+        its.hold = Stop::at_once;
+        its.until([&] { return its.it.held(); });
+        EXPECT_GE(its.it.position(), 11 - nothing);
+        EXPECT_LE(its.it.position(), 39 + nothing);
+    }
+}
+
+// Also not for the few periods in which a withdrawal that came late is planned.
+TEST(TheWayToTheEnd, NeverRestsAtAnEndThatIsLearnedForATurn) {
+    Oscillation::Settings settings = usual();
+    settings.end_position = 10.05;  // outside the end of the stroke, inside the dead point
+    settings.caution = 0.2;
+    for (int left = 1; left < 60; ++left) {
+        SCOPED_TRACE(left);
+        Watched its(settings, 25);
+        its.offset[0] = its.offset[1] = -0.1;
+        its.run(3);
+        its.until([&] {
+            return !its.it.upward() && its.it.plan().to() - 10.1 < nm &&
+                   its.it.position() < 10.1 + 0.5e-3 * left * left * 0.6;
+        });
+        its.stop(Stop::withdraw);
+        const std::size_t begin = its.samples.size();
+        its.until([&] { return its.it.state() == State::rest; });
+        for (std::size_t i = begin; its.samples[i] != settings.end_position; ++i)
+            ASSERT_FALSE(its.samples[i] == its.samples[i - 1] && its.samples[i] < 11);
+    }
+}
+
+// Straight on where it lies farther out than the axis turns; the stroke that ends there is as it was.
+TEST(TheWayToTheEnd, GoesOnToAPlaceBeyondItsDeadPoint) {
+    Oscillation::Settings settings = usual();
+    settings.end_position = 50;
+    settings.end_acceleration = 40;
+    settings.caution = 0.2;
+    Watched its(settings, 25);
+    its.offset[0] = its.offset[1] = 2;
+    its.run(3);
+    its.until([&] { return its.it.upward() && its.it.velocity() > 50; });
+    its.stop(Stop::end_position);
+    const std::size_t begin = its.samples.size();
+    its.until([&] { return its.it.state() == State::rest; });
+    EXPECT_TRUE(std::is_sorted(its.samples.begin() + static_cast<std::ptrdiff_t>(begin), its.samples.end()));
+    EXPECT_EQ(its.it.position(), 50);
+}
+
 }  // namespace
 }  // namespace plumb
