@@ -9,7 +9,7 @@ from panel.function_page import FunctionPage
 from panel.pages import Page
 from panel.settings import Write
 from panel.squareness_pictures import ChainPicture, LeanPicture, VolumePicture
-from panel.texts import _, in_micrometres, number
+from panel.texts import _, in_micrometres, number, with_unit
 from panel.volume_page import VolumePage
 from panel.volume_state import keep_uncertainty
 from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, row, scrolled, style
@@ -40,6 +40,8 @@ class SquarenessPage(FunctionPage):
             self._errors.show_value(letter, in_micrometres(float(self.get(values, letter.lower() + "-error", 0.0))))
         lines = ["%s  %s \u00b5m/m" % (short.upper(), number(angle * 1e6, 4))
                  for short, angle in squareness_state.angles(self.instance, values).items() if angle]
+        lines += ["%s  %s" % (short.upper(), with_unit(value, "mu") if short[1] in "xyz" else number(value * 1e6, 4) + " \u00b5m/m")
+                  for short, value in squareness_state.rotary_errors(self.instance, values).items()]
         self._angles.set_text("\n".join(lines) or _("None: nothing is corrected."))
         pending = self.panel.guard.pending_chain()
         self._pending.set_visible(bool(pending))

@@ -4,11 +4,18 @@
 import re
 
 ANGLE = re.compile(r"e[abc]0[xyzuvw]$")
+OF_ROTARY = re.compile(r"e[abcxyz]0[abc]$")
 
 
 def angles(instance, values):
     """The angles that are set, in rad, by the short names of their pins."""
     return {short: instance.value(values, short, 0.0) for short in instance.pins if ANGLE.match(short)}
+
+
+def rotary_errors(instance, values):
+    """The place errors, in mu, and the tilts, in rad, of rotary axes that are set, by the short names of their pins."""
+    found = {short: instance.value(values, short, 0.0) for short in instance.pins if OF_ROTARY.match(short)}
+    return {short: value for short, value in found.items() if value}
 
 
 def corrections(machine, instance, values):

@@ -94,6 +94,23 @@ TEST(SquarenessReversal, TheTurnTakesTheShortestTimeOfItsAccelerationAndIsInTheV
     EXPECT_FALSE(square.get("ramping"));
 }
 
+TEST(SquarenessReversal, ATurnThatIsTurnedBackGoesOnFromItsValueAndSpeed) {
+    WithTable machine(lost_motion);
+    Square& square = machine.square;
+    square.set({{"reversal-rate", 5}, {"reversal-acceleration", 100}});
+    machine.go_up();
+    square.bench.expect("abs(v_rate) <= 100.001", {{"v", "square.x-corrected-velocity"}});
+    square.set("x-position", 0.9);
+    square.run(0.008);  // of 20 ms: at its highest speed, almost
+    EXPECT_NEAR(square.get("x-corrected-velocity"), -0.8, 0.11);
+    square.set("x-position", 1);
+    square.run(0.001);
+    EXPECT_LT(square.get("x-corrected-velocity"), -0.5) << "it brakes first";
+    square.run(0.05);
+    EXPECT_NEAR(square.get("x-correction"), 5 * um, nm);
+    EXPECT_EQ(square.get("x-corrected-velocity"), 0);
+}
+
 // Where nothing differs by direction it turns within a period; that speed must not stay.
 TEST(SquarenessReversal, ATurnWhereNothingIsLostLeavesNoSpeed) {
     WithTable machine(
@@ -347,6 +364,20 @@ TEST(SquarenessReversal, ACrossRailThatCorrectsItselfTurnsItsOwnShare) {
     square.go({0, 0, 0, 0});
     square.run(0.1);
     EXPECT_NEAR(square.get("w-correction"), -5 * um, nm);
+}
+
+TEST(SquarenessReversal, AClampedCrossRailKeepsTheDirectionOfItsLastMove) {
+    WithTable machine("W,EZW+,EZW-\n-500,-0.005,0.005\n500,-0.005,0.005\n", portal_chain);
+    Square& square = machine.square;
+    square.go({0, 0, 0, 0});
+    square.go({0, 0, 0, 1});
+    for (const double z : {-10.0, 5.0}) {
+        square.go({0, 3, z, 1});
+        square.run(0.1);
+        EXPECT_EQ(square.get("w-direction"), 1);
+        EXPECT_NEAR(square.get("z-correction"), 5 * um, nm);
+        EXPECT_EQ(square.get("w-correction"), 0);
+    }
 }
 
 // Moves, jogs, dwells and dither below half of the distance, at random: the tip is where both directions

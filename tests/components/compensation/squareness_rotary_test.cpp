@@ -79,7 +79,22 @@ std::string table_of_c() {
     return closed(text + '\n');
 }
 
-double rest(Square& square, const Trunnion& machine, const Vector3d& q, double a, double c) {
+// The component on a trunnion, its table of C if it is asked for.
+struct OnTrunnion {
+    explicit OnTrunnion(bool with_table = false)
+        : square(trunnion + (with_table ? " table=" + folder.write("c.csv", table_of_c()).string() : "")) {
+        machine.with_table = with_table;
+        machine.set_up(square);
+    }
+
+    const Folder folder;
+    Trunnion machine;
+    Square square;
+};
+
+double rest(OnTrunnion& its, const Vector3d& q, double a, double c) {
+    Square& square = its.square;
+    const Trunnion& machine = its.machine;
     square.set({{"a-position", a}, {"c-position", c}});
     square.go({q.x(), q.y(), q.z(), 0});
     const Vec offset = square.get_xyz("correction");
@@ -88,17 +103,16 @@ double rest(Square& square, const Trunnion& machine, const Vector3d& q, double a
 }
 
 TEST(SquarenessRotary, PlaceErrorsAndTiltsOfATrunnionAreCorrectedExactly) {
-    const Trunnion machine;
-    Square square(trunnion);
-    machine.set_up(square);
+    OnTrunnion its;
+    Square& square = its.square;
     std::mt19937 random(2);
     std::uniform_real_distribution<double> place(-100, 100), angle(-110, 110), turns(-500, 500);
     double worst = 0, before = 0;
     for (int n = 0; n < 40; ++n) {
         const Vector3d q = point + Vector3d(place(random), place(random), place(random) + 150);
         const double a = angle(random), c = turns(random);
-        before = std::max(before, (machine.tip(q, a, c, 1) - machine.tip(q, a, c, 0)).norm());
-        worst = std::max(worst, rest(square, machine, q, a, c));
+        before = std::max(before, (its.machine.tip(q, a, c, 1) - its.machine.tip(q, a, c, 0)).norm());
+        worst = std::max(worst, rest(its, q, a, c));
     }
     EXPECT_GT(before, 30 * um);
     EXPECT_LT(worst, 1e-9);
@@ -106,25 +120,19 @@ TEST(SquarenessRotary, PlaceErrorsAndTiltsOfATrunnionAreCorrectedExactly) {
 }
 
 TEST(SquarenessRotary, ATableOfCHoldsForAllTurns) {
-    const Folder folder;
-    Trunnion machine;
-    machine.with_table = true;
-    Square square(trunnion + " table=" + folder.write("c.csv", table_of_c()).string());
-    machine.set_up(square);
+    OnTrunnion its(true);
+    Square& square = its.square;
     double worst = 0;
     for (const double c : {-723.0, -180.0, -2.0, 0.0, 91.3, 178.0, 182.0, 360.0, 3599.0})
-        worst = std::max(worst, rest(square, machine, point + Vector3d(80, -60, 170), 25, c));
+        worst = std::max(worst, rest(its, point + Vector3d(80, -60, 170), 25, c));
     EXPECT_LT(worst, 0.1 * um) << "cubics each 5 deg";
     EXPECT_EQ(square.get("limited-code"), 0);
     EXPECT_EQ(square.get("tables"), 1);
 }
 
 TEST(SquarenessRotary, VelocityIsThatOfTheCorrectionWhileAllAxesMove) {
-    const Folder folder;
-    Trunnion machine;
-    machine.with_table = true;
-    Square square(trunnion + " table=" + folder.write("c.csv", table_of_c()).string());
-    machine.set_up(square);
+    OnTrunnion its(true);
+    Square& square = its.square;
     square.set("c-position", 0);
     square.go({250, 100, -200, 0});
     std::string text =
@@ -138,7 +146,7 @@ TEST(SquarenessRotary, VelocityIsThatOfTheCorrectionWhileAllAxesMove) {
                       39 * std::cos(1.3 * t), 90 * t, 90.0);
         text += row;
     }
-    square.bench.client().replay({folder.write("path.csv", text)});
+    square.bench.client().replay({its.folder.write("path.csv", text)});
     std::vector<std::string> names;
     for (const char* axis : {"x", "y", "z"})
         for (const char* what : {"-corrected-position", "-corrected-velocity"})
@@ -152,9 +160,9 @@ TEST(SquarenessRotary, VelocityIsThatOfTheCorrectionWhileAllAxesMove) {
 }
 
 TEST(SquarenessRotary, AgainstTheConventionIsTheOtherAngle) {
-    Trunnion machine;
-    Square square(trunnion);
-    machine.set_up(square);
+    OnTrunnion its;
+    Square& square = its.square;
+    const Trunnion& machine = its.machine;
     square.set({{"a-reversed", 1}, {"c-reversed", 1}, {"a-position", -30}, {"c-position", -75}});
     const Vector3d q = point + Vector3d(60, 50, 150);
     square.go({q.x(), q.y(), q.z(), 0});
@@ -165,9 +173,8 @@ TEST(SquarenessRotary, AgainstTheConventionIsTheOtherAngle) {
 }
 
 TEST(SquarenessRotary, AJumpOfTheAngleIsRamped) {
-    const Trunnion machine;
-    Square square(trunnion);
-    machine.set_up(square);
+    OnTrunnion its;
+    Square& square = its.square;
     square.go({250, 100, -200, 0});
     square.set("max-rate", 0.1);
     square.never_faster_than(0.1);

@@ -11,7 +11,7 @@ import unittest
 from tree import BUILD, ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import chopping_orders, texts, volume_state  # noqa: E402
+from panel import chopping_orders, squareness_state, texts, volume_state  # noqa: E402
 
 
 class Ini:
@@ -120,6 +120,13 @@ class Shown(unittest.TestCase):
         self.assertIn("EXX, je Richtung", volume_state.note_in_words({"kind": "no-u", "of": "EXX, by direction", "first": 0, "second": 0}))
         section = dict(zip(("section-0-kind", "section-0-from", "section-0-to", "section-0-ratio"), (chopping_orders.BOTH, -20.0, -5.0, 0.5)))
         self.assertIn("in beiden Richtungen", chopping_orders.section_in_words(Instance(section), {}, 0))
+
+
+class Rotary(unittest.TestCase):
+    def test_errors_of_rotary_axes_that_are_set_are_shown_and_no_question(self):
+        instance = Instance({"ec0y": 1e-5, "ey0a": 0.02, "ea0c": 3e-5, "ec0a": 0.0, "a-x-pivot": 5.0})
+        self.assertEqual(squareness_state.rotary_errors(instance, {}), {"ey0a": 0.02, "ea0c": 3e-5})
+        self.assertEqual(squareness_state.angles(instance, {}), {"ec0y": 1e-5})
 
 
 class Answered(unittest.TestCase):

@@ -142,6 +142,18 @@ TEST(VolumeUncertainty, RepeatabilityCountsAtBothPlacesAndTheToolsLengthAtNone) 
     EXPECT_NEAR(r.by_axis.z(), 0, 1e-9);
 }
 
+// U is of the distance, so it is 0 at the reference place; with another tool the lever counts.
+TEST(VolumeUncertainty, TheLeverOfTheToolCountsAndTheReferencePlaceIsCertain) {
+    MeasuredVolume m = column();
+    m.sources.push_back({"EB0Z", {{2, 1, 5e-6}}, {}});
+    const VolumePlace reference{{300, 200, -100, 0}, {0, 0, -100}, ""};
+    VolumePlace longer = reference;
+    longer.tool.z() = -300;
+    const VolumeUncertainty r = uncertainty_of(m, reference, {reference, longer}, draws, 1);
+    EXPECT_NEAR(r.places[0].U, 0, 1e-9);
+    EXPECT_NEAR(r.places[1].U, 2 * 5e-6 * 200, 1e-4);
+}
+
 TEST(VolumeUncertainty, HalvesByDirectionCountInEitherDirection) {
     MeasuredVolume m = column();
     for (const double x : {0.0, 1000.0}) {
