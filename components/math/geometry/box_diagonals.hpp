@@ -39,7 +39,8 @@ inline BoxResult box_from_diagonals(const BoxDiagonals& box) {
     for (const double d : box.deviations)
         if (!(std::abs(d) <= 0.01 * length))
             throw std::invalid_argument("a deviation of " + std::to_string(d) +
-                                        " mm is not of a diagonal of " + std::to_string(length) + " mm");
+                                        " mm is above 1 % of the diagonal of " + std::to_string(length) +
+                                        " mm: it is the measured minus the nominal length");
     constexpr int sx[] = {1, -1, 1, -1}, sy[] = {1, 1, -1, -1};  // sz is 1
     double all = 0, xy = 0, xz = 0, yz = 0;
     for (std::size_t i = 0; i < 4; ++i) {

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -16,12 +17,11 @@ namespace plumb {
 namespace {
 
 struct Drawn {
-    double opening = 0, ka = 0, kb = 0, ba = 0, bb = 0, across = 0, lag_a = 0, lag_b = 0, noise = 0;
+    double opening = 0, ka = 0, kb = 0, ba = 0, bb = 0, across = 0, lag_a = 0, lag_b = 0;
     double centre_a = 0.02, centre_b = -0.03;
 
     // R 100 mm at 50 mm/s: each axis lags behind by its own time, and play holds it back.
     CircularPath path(bool clockwise, double degrees = 360) const {
-        Random random(clockwise ? 5 : 6);
         CircularPath result;
         result.clockwise = clockwise;
         const double turn = clockwise ? -1 : 1, rate = 0.5;  // rad/s
@@ -34,7 +34,7 @@ struct Drawn {
             a -= opening * b;
             a += centre_a, b += centre_b;
             result.angles.push_back(std::atan2(b - centre_b, a - centre_a));
-            result.radii.push_back(std::hypot(a, b) + noise * random.gaussian());
+            result.radii.push_back(std::hypot(a, b));
         }
         return result;
     }
@@ -75,9 +75,10 @@ TEST(CircleTest, OneDirectionTakesTheLagForAnOpening) {
 
 TEST(CircleTest, ItsUncertaintyCoversTheTruth) {
     Drawn its;
-    its.opening = 1.5e-6, its.ba = 0.0005, its.noise = 0.0003;
+    its.opening = 1.5e-6, its.ba = 0.0005;
+    its.ka = 4e-6, its.lag_a = 0.0302, its.lag_b = 0.0301;
     int inside = 0;
-    double worst = 0;
+    double worst = 0, of_play = 0, of_scale = 0, of_lag = 0;
     for (int i = 0; i < 40; ++i) {
         its.opening += 1e-7;
         Random random(static_cast<std::uint64_t>(i));
@@ -87,7 +88,14 @@ TEST(CircleTest, ItsUncertaintyCoversTheTruth) {
         const CircleResult r = circle_result(setup, {ccw, cw});
         inside += std::abs(r.opening.value - its.opening) <= 2 * r.opening.uncertainty;
         worst = std::max(worst, 2 * r.opening.uncertainty);
+        of_play =
+            std::max({of_play, std::abs(r.lost_motion_a.value - its.ba), std::abs(r.lost_motion_b.value)});
+        of_scale = std::max(of_scale, std::abs(r.scale_difference.value - its.ka));
+        of_lag = std::max(of_lag, std::abs(r.lag.value - (its.lag_a - its.lag_b)));
     }
+    EXPECT_LT(of_play, 0.0005) << "mm";
+    EXPECT_LT(of_scale, 2e-6);
+    EXPECT_LT(of_lag, 0.03e-3) << "s";
     EXPECT_GE(inside, 34);
     EXPECT_LT(worst, 1.5e-6);
 }
