@@ -195,9 +195,9 @@ def work_screen(folder, ini, display, speed, patience=PATIENCE, program=None):
     process = subprocess.Popen(
         [*plumb_run(BUILD, "--speed", "%g" % speed), *(program or ["linuxcnc", "-r", ini])],
         cwd=machine,
-        # Without a service for notifications on the session's bus, QtDragon crashes in libdbus.
+        # Without a service for notifications on the session's bus, QtDragon crashes in libdbus. Root's browser refuses its sandbox.
         env=environment(folder, ROOT=ROOT, BUILD=BUILD, PYTHONPATH=python, DISPLAY=display, LC_ALL="C.UTF-8", NO_AT_BRIDGE="1", PLUMB_PATIENCE="600",
-                        DBUS_SESSION_BUS_ADDRESS="disabled:", PYTHONFAULTHANDLER="1"),
+                        DBUS_SESSION_BUS_ADDRESS="disabled:", QTWEBENGINE_DISABLE_SANDBOX="1", PYTHONFAULTHANDLER="1"),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -188,10 +188,11 @@ class Rig:
     def missing_nets(self, function):
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
         missing = []
+        rotary = self.ini.get(function.module.upper(), "ROTARY", "")
         for short, letter in self._nets_of(function):
             name = function.instance.full(short)
             pin = self.machine.pins.get(name)
-            if pin is None or (letter and letter.upper() not in self.axes):
+            if pin is None or (letter and letter.upper() not in [*self.axes, *rotary]):
                 continue
             if not pin.output and not self._writer(pin):
                 missing.append(name)
@@ -224,7 +225,7 @@ class Rig:
             words = line.split()
             if words[:1] != ["net"]:
                 continue
-            found = re.match(r"([xyzuvw])-", words[1])
+            found = re.match(r"([xyzuvwabc])-", words[1])
             for word in words[2:]:
                 if word.startswith(name + "."):
                     yield word[len(name) + 1:], found[1] if found else ""

@@ -6,7 +6,6 @@ import signal
 import sys
 import threading
 import time
-import traceback
 
 import gi
 
@@ -49,6 +48,7 @@ class Panel:
         self._ends = False
         self.window = Window(options.size, options.into, (options.theme or ini.get("PLUMB", "THEME", "light")) == "dark", Gtk.main_quit)
         self._list = WidgetList(options.widgets, self.window.gtk) if options.widgets else None
+        sys.excepthook = self._failed
         self._connect()
         GLib.timeout_add(options.period, self._tick, priority=GLib.PRIORITY_DEFAULT_IDLE)  # after all is drawn, however busy the computer is
 
@@ -135,7 +135,7 @@ class Panel:
             if self._list is not None:
                 self._list.write(self.window.is_seen())
         except Exception:  # without this, GLib would never call it again, and old values would stay
-            traceback.print_exc()
+            self._failed(*sys.exc_info())
         return True
 
     def _look(self):
@@ -257,6 +257,11 @@ class Panel:
         except Refused as refused:
             self.say(str(refused), "bad")
             return []
+
+    def _failed(self, kind, error, trace):
+        """An error of the panel itself, as in a button."""
+        sys.__excepthook__(kind, error, trace)
+        self.say(_("This page is not complete: the panel has an error of its own ({error}).").format(error=error), "bad")
 
     def say(self, text, kind="good"):
         self.window.messages.say(text, kind)

@@ -152,12 +152,12 @@ class Commissioning(Page):
     def _picture(step):
         if step.picture is None:
             return None
-        loader = GdkPixbuf.PixbufLoader.new_with_type("svg")
         try:
+            loader = GdkPixbuf.PixbufLoader.new_with_type("svg")
             loader.write(pictures.drawing(*step.picture).encode())
             loader.close()
         except GLib.Error:
-            return None  # librsvg is missing
+            return label(_("The drawing of this step needs the package librsvg2-common."), "soft")
         pixbuf = loader.get_pixbuf()
         height = pixbuf.get_height() * WIDTH // pixbuf.get_width()
         return named(Gtk.Image.new_from_pixbuf(pixbuf.scale_simple(WIDTH, height, GdkPixbuf.InterpType.BILINEAR)), _("Picture: {path}").format(path=step.title))

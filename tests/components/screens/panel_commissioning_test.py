@@ -34,6 +34,24 @@ LINES = [
     "addf y-drive servo-thread", "start"]
 
 
+PANEL = os.path.join(BUILD, "bin", "plumb-panel")
+PANEL_WITH_AN_ERROR = """
+import os, runpy, sys
+
+del sys.argv[0]
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(sys.argv[0])), "share", "plumb"))
+from panel.app import Panel
+
+def opened(panel, page, was=Panel.open):
+    was(panel, page)
+    if page.title == "Changes":
+        1 / 0
+
+Panel.open = opened
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+
+
 class Commissioning(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -49,9 +67,9 @@ class Commissioning(unittest.TestCase):
         for line in LINES:
             self.host.command(line)
 
-    def panel(self, *options):
+    def panel(self, *options, program=(PANEL,)):
         widgets = os.path.join(self.folder, "panel.widgets")
-        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8", os.path.join(BUILD, "bin", "plumb-panel"),
+        words = ["env", "DISPLAY=" + self.screen.display, "NO_AT_BRIDGE=1", "LANGUAGE=", "LC_ALL=C.UTF-8", *program,
                  "--ini", self.ini, "--user", "finger", "--widgets", widgets, "--period", "40"]
         self.host.halcmd("loadusr", *words, *options)
         return Finger(self.screen.display, widgets, self.between)
@@ -101,6 +119,27 @@ class Commissioning(unittest.TestCase):
         finger.press("Give up")
         finger.await_text("function square has not passed, and is held.")
         self.assertEqual(self.host.get("interlock.function-enable-0"), False)
+
+    def test_a_rotary_axis_of_the_chain_needs_its_nets(self):
+        with open(self.ini, "a") as file:
+            file.write("[SQUARENESS]\nROTARY = A\n")
+        finger = self.panel()
+        finger.press("Commissioning")
+        finger.press("Begin square")
+        finger.press("Go on")
+        finger.await_text("A net is missing, or nothing writes it: square.a-position, square.a-velocity.")
+
+    def test_what_the_panel_cannot_draw_it_says(self):
+        breaks = os.path.join(self.folder, "breaks.py")
+        with open(breaks, "w") as file:
+            file.write(PANEL_WITH_AN_ERROR)
+        finger = self.panel(program=("GDK_PIXBUF_MODULE_FILE=/dev/null", "/usr/bin/python3", breaks, PANEL))
+        finger.press("Commissioning")
+        finger.press("Begin square")
+        finger.press("Go on")
+        finger.await_text("The drawing of this step needs the package librsvg2-common.")
+        finger.press("Changes")
+        finger.await_text("This page is not complete: the panel has an error of its own (division by zero).")
 
     def take(self, finger, name):
         """A picture of the panel into the folder PLUMB_PICTURES, if there is one."""
