@@ -80,9 +80,8 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
                                  ", where run " + std::to_string(run) + ", target " + std::to_string(target) +
                                  " comes next");
         if (!(std::abs(row[2]) <= 10'000))
-            lines.refuse(
-                at, csv::decimal(row[2]) + (size ? "" : " um") +
-                        (size ? " is beyond 10,000; is it in its unit?" : " is beyond 10 mm; is it in um?"));
+            lines.refuse(at, csv::decimal(row[2]) + (size ? " is beyond 10,000; is it in its unit?"
+                                                          : " um is beyond 10 mm; is it in um?"));
         BothWays& place = places[target - 1];
         (run % 2 == 1 ? place.up : place.down).push_back(size ? row[2] * *size : row[2] / 1000);
         largest = std::max(largest, std::abs(row[2]));
