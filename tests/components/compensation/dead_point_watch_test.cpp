@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <set>
@@ -27,6 +28,9 @@ struct Strokes {
 
     DeadPointWatch watch;
     std::function<double(double)> axis = [](double command) { return command; };  // where it is
+    bool regular = true;                                                          // the strokes
+    std::array<double, 2> wait{};  // s, at the lower and the upper dead point
+    int passes = 0;                // events
 
     Strokes() {
         watch.learning().select(stroke, usual());
@@ -40,7 +44,9 @@ struct Strokes {
         OscillationSettings planned;
         learning.restrain(planned);
         DeadPointWatch::Arrival end;
-        end.happened = end.regular = true;
+        end.happened = true;
+        end.regular = regular;
+        end.wait = wait[upward_];
         end.upper = upward_;
         end.bound = upward_ ? 40 : 10;
         end.opposite = upward_ ? 10 : 40;
@@ -65,7 +71,9 @@ struct Strokes {
                                              dt,
                                              end.length,
                                              speed};
-            events.insert(watch.step(now, {true, true, 100 * learning.speed_factor()}));
+            const Event event = watch.step(now, {true, true, 100 * learning.speed_factor(), wait});
+            passes += event == Event::passes;
+            events.insert(event);
         }
         watch.arrive(end);
         place_ = to;
@@ -87,6 +95,17 @@ struct Strokes {
     }
 
     bool upward() const { return upward_; }  // the next one
+
+    // From now on the axis is late amid each stroke by `late`, mu, which neither speed nor acceleration
+    // explains, and `is_short` of the dead points.
+    void come_late(double late, double is_short = 0) {
+        axis = [this, late, is_short](double command) {
+            const double from_middle = command - 25, sign = upward_ ? 1 : -1;
+            const double amid = std::exp(-from_middle * from_middle / 4);
+            return command - sign * late * amid -
+                   (std::abs(from_middle) > 14 ? std::copysign(is_short, from_middle) : 0);
+        };
+    }
 
 private:
     double place_ = 10;
@@ -161,6 +180,80 @@ TEST(DeadPointWatch, AWatchThatPausedJudgesNoStrokeThatIsNotWhole) {
     it.watch.pause();
     EXPECT_EQ(it.next().count(Event::lags), 0u);
     EXPECT_EQ(it.watch.learning().learned(), true);
+}
+
+TEST(DeadPointWatch, AStrokeThatEndsWrongWidensNoBound) {
+    Strokes it;
+    it.learn();
+    it.come_late(45 * um, 20 * um);
+    EXPECT_EQ(it.next(2).count(Event::lags), 0u) << "within the bound";
+    it.come_late(70 * um, 20 * um);
+    EXPECT_EQ(it.next().count(Event::lags), 1u);
+}
+
+TEST(DeadPointWatch, ALagThatGrowsSlowlyIsNoJam) {
+    Strokes it;
+    it.learn();
+    for (double late = 0; late < 0.2; late += 5 * um) {
+        it.come_late(late);
+        EXPECT_EQ(it.next().count(Event::lags), 0u) << late;
+    }
+    it.come_late(0.8);
+    EXPECT_EQ(it.next().count(Event::lags), 1u);
+}
+
+TEST(DeadPointWatch, ANewMotionAndANewWaitBeginWithANewLag) {
+    for (const bool waits : {false, true}) {
+        SCOPED_TRACE(waits);
+        Strokes it;
+        it.learn();
+        while (!it.upward()) it.next();
+        if (waits) {
+            it.wait[1] = 0.3;
+            it.next();
+        } else {
+            it.watch.begin();
+        }
+        it.come_late(0.2);
+        EXPECT_EQ(it.next(8).count(Event::lags), 0u);
+        it.come_late(1.5);
+        EXPECT_EQ(it.next().count(Event::lags), 1u);
+    }
+}
+
+TEST(DeadPointWatch, AnAxisThatPassedADeadPointHasAnotherLag) {
+    Strokes it;
+    it.learn();
+    it.axis = [](double command) { return 25 + (command - 25) * 1.002; };
+    while (!it.watch.learning().rising()) it.next();
+    it.come_late(0.2, 30 * um);
+    EXPECT_EQ(it.next(8).count(Event::falls_behind), 0u);
+}
+
+TEST(DeadPointWatch, OneReadingThatNoAxisExplainsIsIgnored) {
+    Strokes it;
+    it.next(2);
+    while (!it.upward()) it.next();
+    it.axis = [](double command) { return std::min(command, 30.0); };
+    std::set<Event> seen = it.next(2);
+    it.axis = [](double command) { return command; };
+    seen.merge(it.next(6));
+    EXPECT_EQ(seen.count(Event::wrong_scale), 0u);
+    EXPECT_EQ(seen.count(Event::lost), 0u);
+}
+
+TEST(DeadPointWatch, ADeadPointThatIsPassedIsToldOnceAndOnlyThatOfAStroke) {
+    for (const bool regular : {true, false}) {
+        SCOPED_TRACE(regular);
+        Strokes it;
+        it.learn();
+        while (!it.upward()) it.next();
+        it.axis = [](double command) { return command > 25 ? command + 24 * um : command; };
+        it.regular = regular;
+        it.passes = 0;
+        it.next(2);
+        EXPECT_EQ(it.passes, regular ? 1 : 0);
+    }
 }
 
 }  // namespace

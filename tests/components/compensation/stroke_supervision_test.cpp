@@ -128,6 +128,27 @@ TEST_F(Supervision, MeasuresTheDeadPointsAndTheTimeOfACycle) {
     EXPECT_EQ(it.fault(values, true), Fault::none) << "without learning nothing is missed";
 }
 
+TEST_F(Supervision, AnAxisThatPassesRIsToldWhereItLearns) {
+    for (const bool learns : {true, false}) {
+        SCOPED_TRACE(learns);
+        if (learns) {
+            learn();
+        } else {
+            values.learn = false;
+            start();
+            run(5);
+        }
+        orders.runs = false;
+        axis = [](double command, double) { return command < 5 ? command - 20 * um : command; };
+        run(8);
+        EXPECT_EQ(motion.state(), StrokeMotion::State::rest);
+        EXPECT_EQ(faults, learns ? std::set<Fault>{Fault::passed_end} : std::set<Fault>{});
+        faults.clear();
+        orders.runs = true;
+        axis = [](double command, double) { return command; };
+    }
+}
+
 TEST_F(Supervision, GivesAPulseAtEachDeadPoint) {
     start();
     double seconds[2] = {0, 0};

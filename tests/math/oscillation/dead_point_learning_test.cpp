@@ -238,6 +238,35 @@ TEST(DeadPointLearning, ADeadPointIsPlausibleBetweenTheLastOneAndItsSquare) {
     EXPECT_TRUE(learning.plausible(true, 0, 1, 50)) << "commanded 1 beyond";
 }
 
+TEST(DeadPointLearning, TheFirstDeadPointOfAnotherStrokeIsPlausible) {
+    const Axis axis{-0.2};
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    EXPECT_FALSE(learning.plausible(true, -8, 0, 100)) << "nothing is known of the axis";
+    for (int i = 0; i < 40; ++i) axis.cycle(learning);
+    ASSERT_TRUE(learning.learned());
+    learning.select({0, 20, 60, 1000, 0}, usual());
+    EXPECT_TRUE(learning.plausible(true, -8, 0, 60));
+}
+
+TEST(DeadPointLearning, CountsTheCyclesInWhichItHasNotLearned) {
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    const auto strays = [&](int cycles) {
+        for (int i = 0; i < cycles; ++i) Axis{-0.2, i % 2 == 0 ? 0 : -4.5 * um}.cycle(learning);
+    };
+    while (learning.speed_factor() < 1) Axis{-0.2}.cycle(learning);
+    strays(10);
+    EXPECT_GE(learning.cycles(), 5);
+    for (int i = 0; i < 30; ++i) Axis{-0.2}.cycle(learning);
+    ASSERT_TRUE(learning.learned());
+    EXPECT_EQ(learning.cycles(), 0);
+    strays(10);
+    EXPECT_GE(learning.cycles(), 5);
+    learning.select({0, 20, 60, 1000, 0}, usual());
+    EXPECT_EQ(learning.cycles(), 0);
+}
+
 TEST(DeadPointLearning, AnImpossibleRecordIsRefused) {
     const DeadPointLearning::Learned good{stroke, {0.1, 0.1}, {0.1, 0.1}, 600};
     DeadPointLearning learning;
