@@ -82,6 +82,16 @@ TEST_F(Ends, AWayThatStopsBeforeItsEndIsNone) {
     EXPECT_FALSE(found);
 }
 
+TEST_F(Ends, AWayThatStopsAfterOneThatEndedIsNone) {
+    arrive();
+    step(false, 0, 0);
+    from = 0;
+    to = 20;
+    step(true, 1, 0);
+    for (double t = 0; t < 1; t += dt) step(false, 5, 25);
+    EXPECT_FALSE(found);
+}
+
 TEST_F(Ends, TheLastOfTwoWaysCounts) {
     arrive();
     step(true, 0, -1);  // it turns there

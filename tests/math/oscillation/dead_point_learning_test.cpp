@@ -249,6 +249,38 @@ TEST(DeadPointLearning, TheFirstDeadPointOfAnotherStrokeIsPlausible) {
     EXPECT_TRUE(learning.plausible(true, -8, 0, 60));
 }
 
+// Also below the full speed an axis may not stand at an end that was learned for a turn.
+TEST(DeadPointLearning, TheLastGoodSpeedHasAnInsetForAStand) {
+    const Axis weak{-0.2, 0, 400};
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    for (int i = 0; i < 60; ++i) weak.cycle(learning);
+    ASSERT_TRUE(learning.capped());
+    ASSERT_FALSE(learning.rising());
+    OscillationSettings planned;
+    learning.restrain(planned);
+    EXPECT_GE(planned.caution, 0.15);
+}
+
+TEST(DeadPointLearning, TheWayToTheEndRisesUntilTheAxisIsAnother) {
+    const Axis axis{-0.2};
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    const auto learned = [&] {
+        for (int i = 0; i < 40; ++i) axis.cycle(learning);
+        OscillationSettings planned;
+        learning.restrain(planned);
+        return planned.end_acceleration;
+    };
+    EXPECT_NEAR(learned(), 0.04 * 600, 1e-9);
+    EXPECT_FALSE(learning.ended(0));
+    EXPECT_NEAR(learned(), 1.6 * 0.04 * 600, 1e-9);
+    EXPECT_TRUE(learning.ended(6 * um));
+    EXPECT_LT(learned(), 0.04 * 600);
+    learning.restart();
+    EXPECT_NEAR(learned(), 0.04 * 600, 1e-9);
+}
+
 TEST(DeadPointLearning, CountsTheCyclesInWhichItHasNotLearned) {
     DeadPointLearning learning;
     learning.select(stroke, usual());

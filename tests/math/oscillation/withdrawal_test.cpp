@@ -410,7 +410,7 @@ TEST(Withdrawal, FromRestItGoesStraightToTheEnd) {
 // stroke.
 TEST(TheWayToTheEnd, LeavesALearnedEndAsQuicklyAsAStrokeAndEndsGently) {
     constexpr double gentle = 40;  // mm/s2
-    for (const double place : {10.0, 10.5, 24.0, 39.0, 70.0})
+    for (const double place : {9.95, 10.0, 10.5, 24.0, 39.0, 70.0})
         for (const double offset : {2.0, -0.1}) {
             SCOPED_TRACE(testing::Message() << place << " " << offset);
             Oscillation::Settings settings = usual();
