@@ -153,7 +153,9 @@ private:
             given = now;
         };
         for (std::size_t i = 0; i < given_.axes.size(); ++i) take(given_.axes[i], axes[i].read());
-        for (std::size_t i = 0; i < given_.rotaries.size(); ++i) take(given_.rotaries[i], rotaries[i].read());
+        next_rotary_ = (next_rotary_ + 1) % given_.rotaries.size();
+        for (std::size_t i = 0; i < given_.rotaries.size(); ++i)
+            if (i == next_rotary_ || chain_.has(rotary_axes[i])) take(given_.rotaries[i], rotaries[i].read());
         take(given_.axis_direction, axis_direction);
         take(given_.to_bed, to_bed);
         take(given_.parallel_axis_corrects, parallel_axis_corrects);
@@ -238,6 +240,7 @@ private:
     }
 
     AxisChain chain_;
+    std::size_t next_rotary_ = 0;                       // of those that the chain does not have, to be read
     Values given_;                                      // the last time
     Values values_;                                     // the last good set
     Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of values_
