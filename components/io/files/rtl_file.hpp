@@ -18,7 +18,7 @@ namespace plumb {
 
 // Renishaw's .rtl of a linear measurement: targets in mm, five a line, and a line "run target value" for each
 // reading, in um, measured minus target. Odd runs rise, even runs come back. Readings of another kind have
-// other units: they are refused, unless the user tells the unit.
+// other units: the reader refuses them, unless the user gives that unit.
 namespace rtl_file {
 
 // In mm; with the `size` of a told unit, in mm or rad.

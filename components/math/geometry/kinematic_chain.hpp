@@ -306,7 +306,7 @@ private:
         }
     }
 
-    // What the rotation by the error of an axis, sign 1, or back, -1, adds to the slopes of a vector.
+    // The error of an axis turns a vector, or turns it back with sign -1: this changes the vector's slopes.
     void change_rotation(Axis axis, const Error& error, double sign, Tip& v) const noexcept {
         if (rotary(axis)) {
             v.by_rotary.col(direction(axis)) += sign * error.rotation_slope.cross(v.place);
