@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Prints the software bill of a build as an SPDX 2.3 file: software_bill.py VERSION.
+"""Prints the software bill of a build as an SPDX 2.3 file: software_bill.py VERSION [ARCHITECTURE].
 
-Packages and licences come from the table in SECURITY.md, versions from this computer.
-SOURCE_DATE_EPOCH, where it is set, gives the date.
+Packages and licences come from the table in SECURITY.md, versions from this computer. A package that is not installed
+here has no version, and is left out if only a build needs it. ARCHITECTURE, such as arm64, is the processor of the build,
+where packages are installed for two. SOURCE_DATE_EPOCH, where it is set, gives the date.
 """
 
 import datetime
@@ -18,25 +19,26 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 OWN_LICENCE = "GPL-2.0-or-later"
 
 
-def licences():
-    """Package -> licence, as an SPDX expression."""
+def table():
+    """Rows of the table: package, licence as an SPDX expression, purpose."""
     with open(os.path.join(ROOT, "SECURITY.md"), encoding="utf-8") as file:
-        rows = re.findall(r"^\| ([a-z][a-z0-9.+-]+) \| ([^|]+) \|", file.read(), re.M)
-    return {package: licence.strip().replace(" and ", " AND ").replace(" with ", " WITH ") for package, licence in rows}
+        rows = re.findall(r"^\| ([a-z][a-z0-9.+-]+) \| ([^|]+) \| ([^|]+) \|", file.read(), re.M)
+    return [(package, licence.replace(" and ", " AND ").replace(" with ", " WITH "), use) for package, licence, use in rows]
 
 
-def installed_version(package):
+def installed_version(package, architecture):
     """Of a package, or of the one that provides it under this name; empty where it is not installed."""
-    words = ["dpkg-query", "--show", "--showformat=${db:Status-Status} ${Version}", package]
+    words = ["dpkg-query", "--show", "--showformat=${db:Status-Status} ${Architecture} ${Version}\n", package]
     shown = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False).stdout
-    return shown[len("installed ") :] if shown.startswith("installed ") else ""
+    installed = dict(re.findall(r"^installed (\S+) (\S+)$", shown, re.M))
+    return installed.get(architecture) or next(iter(installed.values()), "")
 
 
 def entry(package, version, licence):
     return {
         "SPDXID": "SPDXRef-" + re.sub(r"[^A-Za-z0-9.-]", "-", package),
         "name": package,
-        "versionInfo": version,
+        **({"versionInfo": version} if version else {}),
         "downloadLocation": "NOASSERTION",
         "filesAnalyzed": False,
         "licenseConcluded": licence,
@@ -45,10 +47,13 @@ def entry(package, version, licence):
     }
 
 
-def bill(version):
+def bill(version, architecture=""):
     own = entry("plumb", version, OWN_LICENCE)
-    versions = {package: installed_version(package) for package in licences()}
-    used = [entry(package, versions[package], licence) for package, licence in licences().items() if versions[package]]
+    used = []
+    for package, licence, use in table():
+        found = installed_version(package, architecture)
+        if found or not use.startswith("the build"):
+            used.append(entry(package, found, licence))
     moment = int(os.environ.get("SOURCE_DATE_EPOCH", time.time()))
     return {
         "spdxVersion": "SPDX-2.3",
@@ -72,5 +77,5 @@ def bill(version):
 
 
 if __name__ == "__main__":
-    json.dump(bill(sys.argv[1]), sys.stdout, indent=2)
+    json.dump(bill(*sys.argv[1:]), sys.stdout, indent=2)
     print()

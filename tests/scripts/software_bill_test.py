@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import unittest
 
 from tree import ROOT
@@ -34,8 +35,8 @@ def packages_of_the_debian_package():
     return named | {"libc6", "libgcc-s1", "libstdc++6"}
 
 
-def bill(**environment):
-    words = [os.path.join(ROOT, "scripts", "software_bill.py"), "1.2.3"]
+def bill(*architecture, **environment):
+    words = [os.path.join(ROOT, "scripts", "software_bill.py"), "1.2.3", *architecture]
     printed = subprocess.run(words, env={**os.environ, **environment}, capture_output=True, text=True, check=True, timeout=60)
     return json.loads(printed.stdout)
 
@@ -52,12 +53,33 @@ class SoftwareBill(unittest.TestCase):
 
     def test_the_table_has_what_setup_and_the_debian_package_name(self):
         self.assertGreater(len(packages_of_the_debian_package()), 25)
-        self.assertEqual(set(software_bill.licences()), packages_of_setup() | packages_of_the_debian_package())
+        named = [package for package, _, _ in software_bill.table()]
+        self.assertEqual(sorted(named), sorted(packages_of_setup() | packages_of_the_debian_package()))
 
     def test_the_date_is_that_of_the_source(self):
         told = bill(SOURCE_DATE_EPOCH="1700000000")
         self.assertEqual(told["creationInfo"]["created"], "2023-11-14T22:13:20Z")
         self.assertEqual(told, bill(SOURCE_DATE_EPOCH="1700000000"))
+
+    def versions_where_dpkg_query_prints(self, printed, *architecture):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "dpkg-query")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(f"#!/bin/sh\nprintf '{printed}'\n")
+            os.chmod(path, 0o755)
+            told = bill(*architecture, PATH=folder + ":" + os.environ["PATH"])
+        return {each["name"]: each.get("versionInfo") for each in told["packages"]}
+
+    def test_of_packages_for_two_processors_it_names_that_of_the_build(self):
+        printed = "installed amd64 4.1-2\\ninstalled arm64 4.1-2+b1\\nconfig-files armhf 4.0\\n"
+        self.assertEqual(self.versions_where_dpkg_query_prints(printed, "arm64")["libc6"], "4.1-2+b1")
+        self.assertEqual(self.versions_where_dpkg_query_prints(printed, "amd64")["libc6"], "4.1-2")
+        self.assertEqual(self.versions_where_dpkg_query_prints("installed all 7\\n", "arm64")["python3-numpy"], "7")
+
+    def test_a_package_that_only_users_install_has_no_version(self):
+        found = self.versions_where_dpkg_query_prints("config-files amd64 4.0\\n")
+        self.assertIsNone(found["libfaketime"])
+        self.assertNotIn("pybind11-dev", found)
 
 
 if __name__ == "__main__":
