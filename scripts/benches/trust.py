@@ -23,7 +23,7 @@ from support.command import written_line
 from support.figures import largest, rms
 from support.mill_machine import every_end_mill_is_a_gauge, start_mill
 from support.recordings import read_columns, write_rows
-from support import second_mill
+from support import load_events, second_mill
 from support.simulations import duration_text, simulate_all
 
 TARGETS = "simulation_mill"
@@ -38,6 +38,7 @@ TEACH = 1800  # s from the start of an attack's run to its begin
 ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
+COLUMNS += ["growth.contacts", "growth.contacts-rejected", "growth.rejection-code"]
 COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.doubt-code", "growth.authority", "growth.gate", *("growth." + pin for pin in ANNOUNCING)]
 
 
@@ -256,6 +257,25 @@ def simulate_shift(seed, rate, name, duration, growth, second, progress):
     return simulate(seed, rate, name, duration, progress, growth, second)[:2]
 
 
+def simulate_event(seed, rate, name, duration, growth, progress):
+    """The load_events.Outcome of a machine."""
+    import plumb
+
+    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+        path = os.path.join(folder, "recording.csv")
+        start_mill(host, seed)
+        host.set("mill.spindle-growth", growth / 1000)
+        host.command("net learn-again growth.learning-failed => program.relearn")
+        event = load_events.event_named(name)
+        event.prepare(host)
+        host.record(path, COLUMNS, EVERY)
+        event.run(host, duration, progress)
+        excluded = excluded_operations(host)
+        column = read_columns(path)
+    cuts, cycles, _ = find_cuts(column, excluded)
+    return load_events.judge(column, cuts, cycles)
+
+
 def together(outcomes):
     """The cuts, and their times, of several machines."""
     return [np.concatenate(parts) for parts in zip(*outcomes)]
@@ -389,10 +409,25 @@ def clean_line(rows, hours):
     )
 
 
+def report_events(options):
+    events, rate = load_events.EVENTS, (options.rate or [1000])[0]
+    seeds = range(options.seed, options.seed + options.seeds)
+    tasks = [(seed, rate, event.name, options.duration, options.growth or 30) for event in events for seed in seeds]
+    outcomes = simulate_all(simulate_event, tasks, len(tasks) * options.duration, place_of(options))
+    outcomes = [outcomes[i : i + len(seeds)] for i in range(0, len(tasks), len(seeds))]
+    clean = [i for i, machine in enumerate(outcomes[0]) if machine.reference_sigma <= CLEAN]
+    print(f"{len(seeds)} machines at {rate} Hz that grow by {options.growth or 30} um, {duration_text(options.duration)} each")
+    print("\n".join(load_events.table(events, outcomes)))
+    if clean and len(clean) < len(seeds):
+        print(f"\n{len(clean)} of them with a clean load (reference-sigma <= {CLEAN} um)")
+        print("\n".join(load_events.table(events, [[machines[i] for i in clean] for machines in outcomes])))
+
+
 def main():
     parser = new_parser("trust", __doc__)
     parser.add_argument("--attacks", action="store_true", help="only the attacks on the typical machine")
     parser.add_argument("--shifts", action="store_true", help="only shifts of all contacts, on the drawn machines together; use --growth")
+    parser.add_argument("--events", action="store_true", help="only events of the load around the contacts, on drawn machines")
     parser.add_argument("--days", type=whole(1, 100000), metavar="N", help="N machines for two hours each, with two drawn attacks")
     parser.add_argument("--seeds", type=whole(1, 100000), default=200, metavar="N", help="drawn machines for each rate (default: 200)")
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=1, metavar="N", help="the first of them")
@@ -417,6 +452,9 @@ def main():
             tasks = [(seed, rate, shift.name, options.duration, options.growth, options.plant == 2) for shift in SHIFTS for seed in seeds]
             outcomes = simulate_all(simulate_shift, tasks, len(tasks) * options.duration, place_of(options))
             print("\n".join(attack_table(SHIFTS, [together(outcomes[i : i + len(seeds)]) for i in range(0, len(tasks), len(seeds))])))
+            return
+        if options.events:
+            report_events(options)
             return
         if options.days:
             tasks = [(number, (options.rate or [500])[0]) for number in range(options.seed, options.seed + options.days)]
