@@ -15,6 +15,7 @@ from support.recordings import read_columns
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 SHORT = 1800  # s
+RISES_TWICE = 15  # rejection-code
 
 
 def outcome(errors, announced, refused=False, learnt=1):
@@ -83,6 +84,13 @@ class Events(unittest.TestCase):
         self.assertEqual(healthy.rejections, {})
         self.assertLess(np.median(np.abs(healthy.cuts["error"])), 5)
         self.assertGreater(np.max(load_events.caused(resonance, healthy)), 5)
+
+    def test_a_load_that_rises_twice_is_not_learned_and_not_followed(self):
+        for name in ("coolant 2 %, 60 ms before, learning", "coolant 6 %, 60 ms before, learning", "dip 4 %, ends 20 ms before, learning"):
+            self.assertTrue(self.run_event(name).refused, name)
+        later = self.run_event("coolant 6 %, 60 ms before, later")
+        self.assertEqual(later.rejections, {RISES_TWICE: later.contacts})
+        self.assertTrue(later.cuts["announced"][4:].all())
 
 
 if __name__ == "__main__":

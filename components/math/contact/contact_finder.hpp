@@ -131,6 +131,8 @@ public:
     const LoadContact& detector() const noexcept { return detector_; }
     const ContactReference& found() const noexcept { return note_; }  // the last rise
     double steady_time() const noexcept { return steady_time_; }      // s of steady feed before it
+    // mu by which it lies lower in truth, because the load rises twice about it; 0 if it does not.
+    double misplaced() const noexcept { return misplaced_; }
 
     // The tool may be cutting, is still lower than at its contact, or feeds down to it. An offset that
     // moves meanwhile changes the feed at the contact, and goes on moving until the load shows it.
@@ -230,6 +232,7 @@ private:
         note_.contact.sigma = -note_.contact.feed * onset_.sigma();
         note_.contact.time_constant = onset_.time_constant();
         note_.contact.kink = -note_.contact.feed * onset_.kink();
+        misplaced_ = -note_.contact.feed * onset_.shift();
         return Found::contact;
     }
 
@@ -250,6 +253,7 @@ private:
     double note_age_ = 0;     // s
     double note_time_ = 0;    // s, of the clock then
     double steady_time_ = 0;  // s before that rise
+    double misplaced_ = 0;    // mu
 };
 
 }  // namespace plumb

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/contact/earlier_step.hpp"
 #include "components/math/contact/onset_fit.hpp"
 #include "components/math/contact/onset_shape.hpp"
+#include "components/math/contact/residual_noise.hpp"
 
 #include <algorithm>
 #include <array>
@@ -18,6 +20,7 @@ namespace plumb {
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
 //    have changed, by the shortest time between two changes.
+//  - At last a load that rises twice is looked for (see EarlierStep).
 //  - No period does more than a piece of the work, so the result comes some periods late.
 class ContactOnset {
 public:
@@ -62,6 +65,8 @@ public:
     double sigma() const noexcept { return sigma_; }                  // s, standard deviation by noise
     double time_constant() const noexcept { return time_constant_; }  // s
     double kink() const noexcept { return kink_; }                    // s, see OnsetShape
+    // s by which the contact comes later than fitted, because the load rises twice; 0 if it does not.
+    double shift() const noexcept { return shift_; }
 
 private:
     static constexpr int capacity = 1024;
@@ -77,7 +82,7 @@ private:
     static constexpr double free_noise = 600;
 
     enum class Refit { possible, none };
-    enum class Stage { recording, waiting, hold, total, trial, fit, residuals };
+    enum class Stage { recording, waiting, hold, total, trial, fit, residuals, earlier, between };
 
     // A mean over so many periods that all that counts has room.
     struct Slot {
@@ -114,6 +119,7 @@ private:
     void begin() noexcept {
         size_ = std::min(size_, static_cast<int>((before + after) / spacing_) + 1);
         hold_ = capacity;
+        longer_ = false;
         total_ = {};
         trial_ = 0;
         enter(Stage::hold);
@@ -131,6 +137,7 @@ private:
 
     // One piece. True when it was the last.
     bool work() noexcept {
+        if (stage_ == Stage::between) return look_earlier();
         const int end = std::min(k_ + piece, size_);
         for (; k_ < end; ++k_) take(slot(k_));
         if (k_ < size_) return false;
@@ -151,12 +158,44 @@ private:
                 shape_.begin(std::max(1.0, 2 * hold_ * spacing_ / time_constant_));
                 enter(Stage::residuals);
                 break;
-            default:
+            case Stage::residuals:
                 if (refits()) break;
                 conclude();
+                if (found_) {
+                    begin_earlier();
+                    break;
+                }
+                cancel();
                 return true;
+            default: return look_earlier();
         }
         return false;
+    }
+
+    void begin_earlier() noexcept {
+        EarlierStep::Contact contact;
+        contact.free = free_;
+        contact.time_constant = free_ ? time_constant_ : given_;
+        contact.onset = onset_age_;
+        contact.gain = fit_.gain();
+        contact.explained = fit_.explained();
+        contact.sigma = noise_;
+        contact.variance = variance();
+        const double interval = spacing_ * (hold_ > 1 && longer_ ? hold_ + 1 : hold_);
+        earlier_.begin(contact, total_, total_.yy - total_.y * total_.y / total_.n, spacing_, size_,
+                       interval);
+        enter(Stage::earlier);
+    }
+
+    bool look_earlier() noexcept {
+        switch (earlier_.work()) {
+            case EarlierStep::Next::between: stage_ = Stage::between; return false;
+            case EarlierStep::Next::pass: enter(Stage::earlier); return false;
+            default:
+                shift_ = earlier_.shift();
+                cancel();
+                return true;
+        }
     }
 
     // Steps towards the time constant that fits best. It is of another filter if it explains the load better
@@ -186,7 +225,7 @@ private:
 
     void take(const Slot& s) noexcept {
         if (stage_ == Stage::hold) {
-            if (s.held == 0 && k_ + 1 < size_) hold_ = std::min(hold_, slot(k_ + 1).held + 1);
+            if (s.held == 0 && k_ + 1 < size_) hold(slot(k_ + 1).held + 1);
             return;
         }
         const double weight = s.held % hold_ == 0 ? 1 : 0;
@@ -194,6 +233,7 @@ private:
         if (stage_ == Stage::total) {
             total_.n += weight;
             total_.y += weight * load;
+            total_.yy += weight * load * load;
         } else if (stage_ == Stage::residuals) {
             const double rise = k_ <= fit_.first() ? fit_.gain() * (1 - e_) : 0;
             const double residual = load - fit_.baseline() - rise;
@@ -201,9 +241,19 @@ private:
             shape_.take(weight, residual, s_, k_ <= fit_.first() ? e_ : 0);
             e_ /= fit_.q();
             s_ -= spacing_ / time_constant_;
+        } else if (stage_ == Stage::earlier) {
+            earlier_.take(weight, load);
         } else {
             fit_.take(weight, load);
         }
+    }
+
+    // The drive has held a sample for so many slots: the least, or one more if its time is no multiple of
+    // them.
+    void hold(int slots) noexcept {
+        if (slots < hold_) longer_ = slots + 1 == hold_;
+        longer_ |= slots == hold_ + 1;
+        hold_ = std::min(hold_, slots);
     }
 
     // Time constants in a geometric row; then the top of the parabola through the best and its neighbours.
@@ -219,29 +269,8 @@ private:
         enter_fit(Stage::fit, time_constant_);
     }
 
-    // Squares of the residuals: as they are, and summed up through the exponential by which noise shifts
-    // the onset; and the same sums for white noise of variance 1.
-    struct Residuals {
-        double squares = 0, sum = 0, sum_squares = 0, white = 0, white_sum = 0;
-
-        void take(double weight, double residual, double q) noexcept {
-            sum = weight * residual + q * sum;
-            white = weight + q * q * white;
-            squares += weight * residual * residual;
-            sum_squares += weight * sum * sum;
-            white_sum += weight * white;
-        }
-    };
-
-    // Variance of the white noise that would shift the onset as much as this noise. The fit has taken part
-    // of the slow noise out of the residuals: the more, the fewer time constants there are. The two factors
-    // are those of white and of 1/f noise, by simulation.
     double variance() const noexcept {
-        const double length = time_constant_ / (size_ * spacing_);
-        const double white_lost = 1 + 8 * length, slow_lost = 1 + 19 * length;
-        const double white = residuals_.squares / std::max(total_.n - 3, 1.0);
-        const double seen = white_lost * residuals_.sum_squares / residuals_.white_sum;
-        return white + std::max(seen - white, 0.0) * slow_lost / white_lost;
+        return residuals_.variance(total_.n, 3, time_constant_ / (size_ * spacing_));
     }
 
     // Standard deviation of the onset, because the moments at which the drive samples are known to a slot
@@ -255,10 +284,10 @@ private:
     void conclude() noexcept {
         const double tau = time_constant_, disturbance = variance();
         const double small = free_ ? free_noise * disturbance / fit_.explained() : 0;
-        const double noise = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
+        noise_ = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
         const double of_filter =
             refits_ > 0 && refit_ != Refit::none ? tau * shape_.bend() * change_sigma() : 0;
-        sigma_ = std::hypot(noise, sampling(), of_filter);
+        sigma_ = std::hypot(noise_, sampling(), of_filter);
         kink_ = tau * shape_.kink(fit_.gain());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
         if (found_) {
@@ -268,7 +297,7 @@ private:
             onset_age_ = fit_.first() * spacing_ + between;
             coordinate_ = first.z + (last.z - first.z) * between / spacing_;
         }
-        cancel();
+        shift_ = 0;
     }
 
     std::array<Slot, capacity> slots_{};
@@ -282,8 +311,9 @@ private:
     double waited_ = 0;   // s
 
     Stage stage_ = Stage::recording;
-    int k_ = 0;     // of the slot that comes next
-    int hold_ = 1;  // slots for which the drive holds a sample
+    int k_ = 0;            // of the slot that comes next
+    int hold_ = 1;         // slots for which the drive holds a sample, at least
+    bool longer_ = false;  // some are held for one more
     double time_constant_ = 0;
     bool free_ = false;  // it is fitted
     OnsetFit::Total total_;
@@ -292,7 +322,7 @@ private:
     std::array<double, trials> explained_{};
     double e_ = 0;  // exp(-(t - t0) / τ) at that slot
     double s_ = 0;  // (t - t0) / τ there
-    Residuals residuals_;
+    ResidualNoise residuals_;
     OnsetShape shape_;
     Refit refit_ = Refit::none;
     int refits_ = 0;
@@ -303,7 +333,10 @@ private:
     double onset_age_ = 0;  // s, before the newest slot
     double coordinate_ = 0;
     double sigma_ = 0;
-    double kink_ = 0;  // s
+    double kink_ = 0;   // s
+    double noise_ = 0;  // s, of sigma_ that part
+    EarlierStep earlier_;
+    double shift_ = 0;  // s
 };
 
 }  // namespace plumb

@@ -26,6 +26,7 @@ enum class Rejection : std::int32_t {
     withdrawn,
     no_clock,
     unlike_reference,
+    rises_twice,
 };
 
 constexpr const char* sentence(Rejection rejection) {
@@ -51,6 +52,10 @@ constexpr const char* sentence(Rejection rejection) {
                    "plunge.";
         case Rejection::unlike_reference:
             return "Coolant, a dip or a resonance of the load? It does not rise as at the reference.";
+        case Rejection::rises_twice:
+            return "The load rises twice at the contact: coolant, or a dip that ends? Keep the load steady "
+                   "for "
+                   "half a second before it.";
         default: return nullptr;
     }
 }

@@ -299,6 +299,10 @@ private:
             cycle_.lack_clock();
             return reject(Rejection::no_clock);
         }
+        if (std::abs(finder_.misplaced()) > harmless(settings)) {
+            if (learning) cycle_.doubt(finder_.found().key);
+            return reject(Rejection::rises_twice);
+        }
         const Rejection reason = fresh      ? Rejection::none
                                  : !partner ? Rejection::unexpected
                                             : compare(*partner, settings);
@@ -310,6 +314,9 @@ private:
         return learning ? Event::contact : Event::accepted;
     }
 
+    // mu, a displacement of a contact that matters little.
+    static double harmless(const Settings& settings) noexcept { return settings.growth.gate.floor / 5; }
+
     bool comparable(const MachiningSetup& setup) const noexcept {
         return refusal_.compares() && cycle_.references().made_with(setup);
     }
@@ -319,7 +326,7 @@ private:
         const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
         refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
         if (reason != Rejection::none) return reason;
-        if (rises_unlike(now, partner.contact, partner.cycles, settings.growth.gate.floor / 5))
+        if (rises_unlike(now, partner.contact, partner.cycles, harmless(settings)))
             return Rejection::unlike_reference;
         if (!cycle_.learning()) compare_origins(partner, settings);
         growth_ = plumb::growth(settings.method, now, partner.contact);

@@ -5,6 +5,16 @@
 
 namespace plumb {
 
+// Sums over the samples from one on, with e = exp(-(t - that sample's t) / τ), weights and loads.
+struct OnsetSums {
+    double n = 0, e = 0, ee = 0, y = 0, ey = 0;
+
+    // From the sample before it on; q = exp(-spacing / τ).
+    OnsetSums before(double q, double weight, double load) const noexcept {
+        return {n + weight, q * e + weight, q * q * ee + weight, y + weight * load, q * ey + weight * load};
+    }
+};
+
 // Least squares of a load that rises behind a first-order lag τ from a moment t0 on,
 //
 //     y = b                                t < t0
@@ -19,6 +29,7 @@ public:
     struct Total {
         double n = 0;  // weights
         double y = 0;
+        double yy = 0;
     };
 
     void begin(const Total& total, double spacing, double time_constant) noexcept {
@@ -28,16 +39,15 @@ public:
     }
 
     void take(double weight, double y) noexcept {
-        const Sums later = sums_;
-        sums_ = {later.n + weight, q_ * later.e + weight, q_ * q_ * later.ee + weight, later.y + weight * y,
-                 q_ * later.ey + weight * y};
+        const OnsetSums later = sums_;
+        sums_ = later.before(q_, weight, y);
         propose(sums_, 1, taken_++);
         if (first_ == taken_ - 1) later_ = later;
     }
 
     // After the oldest sample: the onset may lie on either side of the best sample.
     void finish() noexcept {
-        const Sums best = best_;
+        const OnsetSums best = best_;
         const int first = first_;
         propose(best, best_share(best), first);
         propose(later_, best_share(later_), first - 1);
@@ -62,22 +72,18 @@ public:
     double information() const noexcept { return information_; }
 
 private:
-    // Over the samples from one on, with e = exp(-(t - that sample's t) / τ).
-    struct Sums {
-        double n = 0, e = 0, ee = 0, y = 0, ey = 0;
-    };
     // Sums of f = 1 - c e, and of its products with itself and y about their means.
     struct Rise {
         double f, ff, fy;
     };
 
-    Rise rise(const Sums& s, double c) const noexcept {
+    Rise rise(const OnsetSums& s, double c) const noexcept {
         const double f = s.n - c * s.e;
         return {f, s.n - 2 * c * s.e + c * c * s.ee - f * f / total_.n,
                 s.y - c * s.ey - f * total_.y / total_.n};
     }
 
-    void propose(const Sums& s, double c, int first) noexcept {
+    void propose(const OnsetSums& s, double c, int first) noexcept {
         if (!(c >= q_ && c <= 1)) return;
         const Rise r = rise(s, c);
         if (!(r.fy * r.fy > explained_ * r.ff && r.fy > 0 && r.ff > 0)) return;
@@ -88,7 +94,7 @@ private:
     }
 
     // The c that explains most, even outside 0 to 1.
-    double best_share(const Sums& s) const noexcept {
+    double best_share(const OnsetSums& s) const noexcept {
         const double mean = total_.y / total_.n;
         const double y = s.y - s.n * mean, ey = s.ey - s.e * mean;
         const double oo = s.n - s.n * s.n / total_.n, oe = s.e - s.n * s.e / total_.n,
@@ -99,8 +105,8 @@ private:
     Total total_;
     double q_ = 0;
     int taken_ = 0;
-    Sums sums_;          // from the sample that was taken last on
-    Sums best_, later_;  // from the best one on, and from the one after it
+    OnsetSums sums_;          // from the sample that was taken last on
+    OnsetSums best_, later_;  // from the best one on, and from the one after it
     double explained_ = 0;
     double c_ = 1;
     int first_ = -1;

@@ -494,8 +494,8 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
 
 // It comes shortly before the contact, where the fit sees two rises.
 TEST(GrowthByContact, AnEventShortlyBeforeTheContactIsNotLearnt) {
-    for (const double before : {0.15, 0.2, 0.3})  // s
-        for (const double size : {2.0, 6.0}) {    // %
+    for (const double before : {0.06, 0.09, 0.15, 0.2, 0.3})  // s
+        for (const double size : {2.0, 6.0}) {                // %
             Shop shop;
             shop.mill.noise = 0.2;
             double load = 0;
@@ -508,7 +508,35 @@ TEST(GrowthByContact, AnEventShortlyBeforeTheContactIsNotLearnt) {
             shop.learn();
             EXPECT_NE(shop.measured.tally().learning_fault(), LearningFault::none) << before << ' ' << size;
             EXPECT_EQ(shop.measured.cycle().references().size(), 0);
+            if (before < 0.1) {
+                EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::rises_twice);
+                EXPECT_EQ(shop.measured.tally().rejection(), Rejection::rises_twice);
+            }
+            shop.tamper = [](auto&) {};
+            shop.learn();
+            EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::none);
+            EXPECT_EQ(shop.measured.cycle().references().size(), 4);
         }
+}
+
+// It comes after learning: such a contact is rejected, and moves nothing.
+TEST(GrowthByContact, AContactAtWhichTheLoadRisesTwiceIsRejected) {
+    Shop shop = settled(Method::coordinate, 0.2);
+    const double before = shop.measured.authority().offset();
+    double load = 0;
+    shop.tamper = [&](Milling::Sample& s) {
+        const bool on = s.motion == 2 && s.velocity <= 0 && until_contact(s, shop.mill.growth) < 0.06;
+        load += (on ? 4 - load : -load) * 0.033;
+        s.load += load;
+    };
+    const std::int32_t accepted = shop.counts().accepted;
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, accepted);
+    EXPECT_EQ(shop.measured.tally().rejection(), Rejection::rises_twice);
+    EXPECT_NEAR(shop.measured.authority().offset(), before, 1 * um);
+    shop.tamper = [](auto&) {};
+    shop.cycle(10 * um);
+    EXPECT_EQ(shop.counts().accepted, accepted + 4);
 }
 
 // The filter of the drive is another one from now on: each contact is fitted with it, and shows the growth.
