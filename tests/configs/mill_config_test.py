@@ -20,6 +20,7 @@ GROWTH = 10 * um  # that grow.ngc adds
 TOLERANCE = 6 * um  # of the cuts: 2 um that are not applied, the seats of the tools, and the uncertainty of the load
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 RAPID, FEED = 1, 2
+ZERO = 3  # of M68 E6: a new zero, or the tool was measured
 
 
 def run(folder, machine, *command, **more):
@@ -62,7 +63,7 @@ class Shift(unittest.TestCase):
         self.assertEqual(
             sorted(self.scenes),
             ["aborted", "aborted_before_learning", "before_probing", "compensated", "grown", "learnt"]
-            + ["probed", "refused", "uncompensated"],
+            + ["learnt_again", "probed", "refused", "tool_touched_off", "touched_off", "uncompensated"],
         )
 
     def test_parts_are_true_on_the_cold_machine(self):
@@ -84,7 +85,8 @@ class Shift(unittest.TestCase):
         for name, scene in self.scenes.items():
             with self.subTest(name):
                 moves = np.diff(scene["axis.z.eoffset"])
-                in_work = scene["mill.engagement"][1:] > 0
+                lifted = np.diff(scene["joint.2.motor-pos-cmd"]) > um  # it bears on the bottom no more
+                in_work = (scene["mill.engagement"][1:] > 0) & ~lifted
                 if name != "probed":  # where the probe touches
                     self.assertLess(abs(moves[in_work]).max(initial=0), STILL)
                 self.assertLess(abs(moves).max(initial=0), 5 * um)
@@ -179,15 +181,46 @@ class Shift(unittest.TestCase):
         for name, its in seen.items():
             with self.subTest(name):
                 self.assertAlmostEqual(its["growth-estimate"], growth, delta=4 * um, msg=str(its))
-        for name in ("higher table, probed", "higher blanks, answered", "another depth, answered"):
+        for name in ("higher table, probed", "higher blanks, answered", "another depth, answered", "touched off", "tool touched off"):
             its = seen[name]
             self.assertEqual((its["doubt-code"], its["shift-size"], its["origin-change"], its["accepted"], its["messages"]), (0, 0, 0, 5, []), name)
         self.assertAlmostEqual(seen["higher blanks"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["longer tool"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["another depth"]["origin-change"], -8 * um, delta=0.01 * um)
         sentences = plumb_contacts.plumb.declarations("thermal_displacement")["codes"]["doubt-code"]
-        for name, code in (("higher blanks", 6), ("longer tool", 4), ("another depth", 13)):
-            self.assertEqual(seen[name]["messages"], ["Growth of Z: " + sentences[code]], name)
+        for name, code, size in (("higher blanks", 6, 30), ("longer tool", 4, 30), ("another depth", 13, -8)):
+            (text,) = seen[name]["messages"]
+            shown = re.fullmatch(re.escape("Growth of Z: " + sentences[code]) + r" Size: (-?\d+\.\d) µm\.", text)
+            self.assertTrue(shown, text)
+            self.assertAlmostEqual(float(shown[1]), size, delta=4)
+
+    def test_probing_and_touching_off_give_their_reason_before_the_change(self):
+        for name, pin in (("probed", "work-offset"), ("touched_off", "work-offset"), ("tool_touched_off", "tool-length")):
+            with self.subTest(name):
+                scene = self.scenes[name]
+                given = np.flatnonzero(scene["growth.answer"] == ZERO)
+                changed = changes(scene["growth." + pin])
+                self.assertGreater(len(changed), 0)
+                self.assertLessEqual(given[0], changed[-1])
+                self.assertLess(changed[-1] - given[-1], 1 / linuxcnc_runs.PERIOD)  # for which a reason holds
+                self.assertEqual(scene["growth.answer"][-1], 0)
+
+    def test_a_cycle_to_learn_from_waits_for_the_offset_and_reports_how_well_it_was_learned(self):
+        offset, learnt, failed = self.facts["learnt again"]
+        self.assertGreater(offset, GROWTH)
+        self.assertEqual((learnt, failed), (1, 0))
+        scene = self.scenes["learnt_again"]
+        self.assertLess(abs(scene["axis.z.eoffset"][scene["motion.digital-out-00"] == 1]).max(), 0.1 * um)
+        reports = [text for text in self.messages if text.startswith("Learned from this part")]
+        self.assertGreater(len(reports), 1)
+        for text in reports:
+            sigma = re.fullmatch(r"Learned from this part: 5 contacts\. The reference is uncertain by (\d\.\d) µm\.", text)
+            self.assertTrue(sigma, text)
+            self.assertTrue(0 < float(sigma[1]) < 3, text)
+
+    def test_one_line_a_shift_says_how_it_went(self):
+        (line,) = self.facts["summary"]
+        self.assertRegex(line, r"^Growth of Z, last shift: \d+ parts, offset up to -?\d+\.\d µm, expected error \d+\.\d µm, doubt in \d+ % of the parts\.$")
 
     def report(self, recording, *options):
         """Exit status, output and the table of contacts of the report on a recording."""

@@ -14,7 +14,9 @@ COLUMNS = (
     + ["mill.truth-growth", "mill.truth-contacts", "mill.engagement", "iocontrol.0.tool-number"]
     + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.z-offset", "z-axis-stage.armed"]
     + ["growth.contacts", "growth.contacts-accepted", "growth.displacement", "growth.contact-coordinate"]
+    + ["growth.answer", "growth.work-offset", "growth.tool-length"]
 )
+SMALL = 0.0025  # mm, of an origin
 
 
 class Shift(Scenario):
@@ -43,8 +45,10 @@ class Shift(Scenario):
         self.part("grown")
         self.abort()
         self.probe()
+        self.learn_with_an_offset()
         self.compare_times()
         self.change_origins()
+        self.sum_up()
 
     def abort(self):
         """In the second plunge; the request to learn, which came meanwhile, is gone as well."""
@@ -89,6 +93,17 @@ class Shift(Scenario):
         machine.mdi("O <touch_off> call [3]")
         self.facts["touched off with the offset"] = self.top()
 
+    def learn_with_an_offset(self):
+        """The request comes right before the part, and the offset takes seconds to return."""
+        machine, host = self.machine, self.machine.host
+        rate = host.get("growth.max-rate")
+        host.set("growth.max-rate", 0.004)
+        machine.mdi("M64 P2")
+        offset = host.get("axis.z.eoffset")
+        self.part("learnt_again")
+        self.facts["learnt again"] = offset, *host.get(["growth.learnt", "growth.learning-failed-code"])
+        host.set("growth.max-rate", rate)
+
     def compare_times(self):
         """By the script of the configuration."""
         sys.path.insert(0, os.getcwd())
@@ -118,6 +133,29 @@ class Shift(Scenario):
         self.parts_after("another depth", 1)
         machine.mdi("o<growth_answer> call [5]")
         self.parts_after("another depth, answered", 1)
+        self.touch_off("touched_off", "touch_off")
+        host.set("work.in1", host.get("work.in1") + SMALL)
+        self.parts_after("touched off", 1)
+        self.touch_off("tool_touched_off", "touch_off_tool")
+        host.set("mux-gen.00.in-float-01", host.get("mux-gen.00.in-float-01") + SMALL)
+        self.parts_after("tool touched off", 1)
+
+    def touch_off(self, scene, subroutine):
+        """A change that is too small for the contacts to explain."""
+        self.machine.mdi("T1 M6 G43")
+        self.machine.mdi("G0 Z3")
+        with self.record(scene):
+            self.machine.mdi("O <%s> call [%.4f]" % (subroutine, 3 - SMALL))
+            self.machine.wait(0.05)
+
+    def sum_up(self):
+        """A shift that ends with the next part."""
+        before = len(self.machine.messages)
+        self.machine.host.set("growth.summary-time", 1)
+        self.machine.run("part.ngc")
+        self.machine.wait(0.5)
+        self.machine.poll()
+        self.facts["summary"] = [text for text in self.machine.messages[before:] if "last shift" in text]
 
     def probe_work_at(self, height):
         self.machine.host.set("work.in1", -250 + height)

@@ -274,7 +274,7 @@ class Operator:
         def come():
             return [text for text in popups() if text not in before]
 
-        host.set("linuxcnc-link.growth-doubt-code", 4)
+        host.set("linuxcnc-link.growth-doubt-code", 2)
         host.set("linuxcnc-link.growth-doubt", True)
         self.machine.wait(5)
         seen["in front"] = [bool(finger.find_text("The machine must be cold")), come()]

@@ -205,7 +205,7 @@ class Message:
         if not isinstance(table, dict):
             fail("it is no table")
         for key in table:
-            if key not in ("pin", "text", "kind", "codes", "values", "except", "on-panel", "translated"):
+            if key not in ("pin", "text", "kind", "codes", "values", "except", "only", "on-panel", "translated"):
                 fail("unknown key '%s'" % key)
         for key in ("pin", "text"):
             if not isinstance(table.get(key), str) or not table[key]:
@@ -243,12 +243,7 @@ class Message:
         for code, text in (self.codes or {}).items():
             if not isinstance(text, str):
                 fail("codes: %d has no text" % code)
-        self.left_out = table.get("except", [])  # codes that other messages tell
-        if not isinstance(self.left_out, list):
-            fail("except is no list of codes")
-        for code in self.left_out:
-            if type(code) is not int or code not in (self.codes or {}):
-                fail("except: %s is none of its codes" % (code,))
+        self.left_out = self._left_out(table, fail)
         if (self.codes is not None) != ("{code}" in self.text):
             fail("{code} in the text and codes belong together")
         for text in map(self._composed, self.codes or [0]):
@@ -256,6 +251,19 @@ class Message:
                 fail("longer than %d characters: '%s'" % (LONGEST, text))
         self._translate(table.get("translated", {}), languages, in_words, fail)
         self.seen = None  # the code of the last message, None while the pin is false
+
+    def _left_out(self, table, fail):
+        """The codes that other messages tell."""
+        if "only" in table and "except" in table:
+            fail("only and except do not go together")
+        for key in ("only", "except"):
+            listed = table.get(key, [])
+            if not isinstance(listed, list):
+                fail("%s is no list of codes" % key)
+            for code in listed:
+                if type(code) is not int or code not in (self.codes or {}):
+                    fail("%s: %s is none of its codes" % (key, code))
+        return [code for code in self.codes or {} if code not in table["only"]] if "only" in table else table.get("except", [])
 
     def _translate(self, texts, languages, codes, fail):
         """Takes the text of the first language that there is. A translated code that makes it too long stays English."""

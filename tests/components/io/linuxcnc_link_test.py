@@ -166,6 +166,15 @@ class Values(unittest.TestCase):
         inches = {"learnt": True, "learnt-rows": 5, "learnt-sigma": 0.0001}
         self.assertEqual(self.message().new_text(inches, False, 25400), "5 contacts, 2.5 \u00b5m")
 
+    def test_two_messages_share_the_codes_of_a_pin(self):
+        codes = {"codes": {"1": "A shift.", "2": "No load."}, "values": {}}
+        shift = self.message(**{**codes, "text": "{code} {size}", "values": {"size": "um"}, "only": [1]})
+        others = self.message(**codes, text="{code}", **{"except": [1]})
+        pins = {"learnt": True, "learnt-code": 1, "learnt-size": 0.03}
+        self.assertEqual([message.new_text(pins) for message in (shift, others)], ["A shift. 30.0 \u00b5m", None])
+        pins["learnt-code"] = 2
+        self.assertEqual([message.new_text(pins) for message in (shift, others)], [None, "No load."])
+
     def test_values_that_are_not_in_the_texts_are_refused(self):
         for wrong in ({"values": {"rows": "count"}, "text": "contacts"}, {"values": {"rows": "inch"}}, {"translated": {"de": "{rows}"}}):
             with self.assertRaises(linuxcnc_link.SettingsError):
@@ -212,6 +221,8 @@ class Settings(unittest.TestCase):
             ),
             (good.replace('"b"', '"b {code}"') + "except = [2]\n[message.codes]\n1 = 'y'\n", "message 1: except: 2 is none of its codes"),
             (good + "except = 2\n", "message 1: except is no list of codes"),
+            (good.replace('"b"', '"b {code}"') + "only = ['1']\n[message.codes]\n1 = 'y'\n", "message 1: only: 1 is none of its codes"),
+            (good + "only = []\nexcept = []\n", "message 1: only and except do not go together"),
             (good + "[message.codes]\nx = 'y'\n", "message 1: codes: invalid literal for int() with base 10: 'x'"),
             (good + "[message.codes]\n1 = 2\n", "message 1: codes: 1 has no text"),
             (good + "[message.codes]\n1 = 'y'\n", "message 1: {code} in the text and codes belong together"),
