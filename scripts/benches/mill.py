@@ -132,7 +132,7 @@ def judge(recording):
 # --- running the mill ---
 
 
-def simulate(seed, compensated, duration, progress, load_every=None):
+def simulate(seed, compensated, duration, progress, load_every=None, constant_in_part=False):
     """The Outcome of one run; progress(seconds done) is called meanwhile. load_every is in s; None leaves it to the drive."""
     import plumb
 
@@ -140,6 +140,7 @@ def simulate(seed, compensated, duration, progress, load_every=None):
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.set("growth.enable", compensated)
+        host.set("growth.constant-in-part", constant_in_part)
         if load_every is not None:
             host.set("drive.sample-time", load_every)
         host.record(path, [*LENGTHS.values(), *NUMBERS.values()], EVERY)
@@ -158,6 +159,8 @@ def error_table(without, compensated):
         ("all cuts after learning", before["error"], after["error"]),
         ("the same, against the drawing", before["tip_error"], after["tip_error"]),
         ("first cut of each cycle", first_of_each_cycle(before)[1:], first_of_each_cycle(after)[1:]),
+        ("range within a part", ranges_of_cycles(before)[1:], ranges_of_cycles(after)[1:]),
+        ("the same, of the offset", ranges_of_cycles(before, "offset")[1:], ranges_of_cycles(after, "offset")[1:]),
     ]
     for operation in np.unique(after["operation"]):
         rows.append(
@@ -183,6 +186,11 @@ def first_of_each_cycle(cuts):
     return cuts["error"][np.unique(cuts["cycle"], return_index=True)[1]]
 
 
+def ranges_of_cycles(cuts, name="error"):
+    """Of the values of each cycle, the largest minus the smallest."""
+    return np.array([np.ptp(cuts[name][cuts["cycle"] == cycle]) for cycle in np.unique(cuts["cycle"])])
+
+
 def contact_lines(outcome, sentences):
     """Lines about the contacts: how many were accepted, missed, unexpected and rejected, and why."""
     counts = collections.Counter(verdict for _, verdict, _ in outcome.verdicts)
@@ -197,6 +205,8 @@ def percentile_table(machines):
         "rms of the error, um": lambda outcome, peak: rms(warm_cuts(outcome.cuts)["error"][1:]),
         "the same, % of peak growth": lambda outcome, peak: 100 * rms(warm_cuts(outcome.cuts)["error"][1:]) / peak,
         "largest error, um": lambda outcome, peak: largest(warm_cuts(outcome.cuts)["error"][1:]),
+        "rms of the range within a part, um": lambda outcome, peak: rms(ranges_of_cycles(warm_cuts(outcome.cuts))[1:]),
+        "the same of the offset, um": lambda outcome, peak: rms(ranges_of_cycles(warm_cuts(outcome.cuts), "offset")[1:]),
     }
     rows = [
         (f"{name}, {run} compensation", [figure(pair[i], pair[0].peak_growth) for pair in machines])
@@ -321,6 +331,7 @@ def main():
     parser.add_argument("--cycles", type=many, metavar="N", help="N drawn cycles with an event each, 100 a machine: whether all counts agree")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 600, 10min or 4h (default: 4h)")
     parser.add_argument("--load-every", type=duration_of, metavar="TIME", help="time between two values of the load, such as 0.1 over Modbus (default: as the drive)")
+    parser.add_argument("--constant-in-part", action="store_true", help="the offset changes at the start of a part only")
     add_place(parser)
     add_output(parser, "mill")
     options = parser.parse_args()
@@ -329,10 +340,11 @@ def main():
             parser.error(f"--{name} draws its own programs: it does not go with --seed or --seeds")
     if options.events and options.cycles:
         parser.error("--events and --cycles are two benches: one at a time")
-    if options.load_every and (options.events or options.cycles):
-        parser.error("--load-every goes with the run of hours only")
+    for name in ("load_every", "constant_in_part"):
+        if getattr(options, name) and (options.events or options.cycles):
+            parser.error("--%s goes with the run of hours only" % name.replace("_", "-"))
     place = place_of(options)
-    work = functools.partial(simulate, load_every=options.load_every)
+    work = functools.partial(simulate, load_every=options.load_every, constant_in_part=options.constant_in_part)
     with errors_reported():
         make_writable(options.output)
         if options.events:

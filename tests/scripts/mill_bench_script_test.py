@@ -90,6 +90,8 @@ class Figures(unittest.TestCase):
         self.assertNotIn("20.0", row)
         row = next(line for line in lines if line.startswith("all cuts after learning"))
         self.assertIn("20.0 ( 90.9%)", row)
+        row = next(line for line in lines if line.startswith("range within a part"))
+        self.assertIn("4.0 ( 18.2%)", row)
 
     def test_verdicts_are_counted_with_the_code_of_each_rejection(self):
         rows = recording(5, time=range(5), accepted=[0, 1, 1, 3, 3], rejected=[0, 0, 1, 1, 2], rejection=[0, 0, 4, 4, 8])
@@ -140,6 +142,14 @@ class Command(unittest.TestCase):
             self.assertEqual(len(lines), 1 + 2 * 10)  # two runs of two cycles of five cuts
             with open(os.path.join(folder, "series.csv"), encoding="ascii") as series:
                 self.assertEqual(len(series.read().splitlines()), 1 + 361)
+
+    def test_a_part_is_even_only_if_the_offset_is_constant_in_it(self):
+        for options, even in (((), False), (("--constant-in-part",), True)):
+            with self.subTest(even=even), tempfile.TemporaryDirectory() as folder:
+                done = run_bench("mill", "--for", "21min", "--output", folder, *options)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                row = next(line for line in done.stdout.splitlines() if line.startswith("the same, of the offset"))
+                self.assertEqual(row.endswith("0.0 (  0.0%)     0.0 (  0.0%)"), even, row)
 
     def test_unknown_option_is_refused(self):
         self.assertEqual(run_bench("mill", "--sed", "x").returncode, 2)
