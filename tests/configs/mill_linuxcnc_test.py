@@ -18,6 +18,7 @@ from starts import starts
 TOLERANCE = 6 * um  # of the cuts
 MAX_RATE = 0.1  # mm/s, of the stage
 STEP = 0.5 * nm  # of a cycle, at least, in motion: at home LinuxCNC 2.9.4 sets its command exactly, by 0.2 nm
+UNKNOWN = 11  # doubt-code
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 # Parts made with compensation: their names give the event before them.
 COMPENSATED = {
@@ -165,6 +166,17 @@ class Days(unittest.TestCase):
         self.assertEqual(np.ptp(day["growth.contacts"][rows]), 1)
         self.assertEqual(np.ptp(day["growth.contacts-accepted"][rows]), 0)
         self.assertIn("no contact was accepted yet", self.facts["second"]["errors"][1])
+
+    def test_after_a_restart_the_unknown_growth_is_told_before_the_first_cut(self):
+        day, first = self.days["second"], self.cuts("second", "after_restart")[0]
+        contact = changes(day["growth.contacts-accepted"])[0]
+        cycle = self.rows("second", "after_restart")[0]
+        self.assertLess(cycle, contact)
+        self.assertEqual(set(day["growth.doubt-code"][cycle:contact]), {UNKNOWN})
+        self.assertEqual(day["growth.doubt-code"][self.rows("second", "after_restart")[-1]], 0)
+        self.assertGreater(first, contact)
+        unknown = [text for text in self.facts["second"]["messages"] if "The growth is unknown" in text]
+        self.assertEqual(unknown, ["Growth of Z: The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept."])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():

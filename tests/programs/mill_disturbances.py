@@ -39,6 +39,7 @@ COLUMNS = [
     "mill.truth-cut-operation",
     "growth.contacts",
     "growth.contacts-accepted",
+    "growth.doubt-code",
 ]
 NAME = sys.argv[-1]  # of the day
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine

@@ -25,6 +25,7 @@ struct Milling {
         double top;           // mm
         double speed = 3000;  // rpm
         double feed = 0;      // mm/s; 0 for that of the program
+        double fixture = 0;   // mm, its coordinate system above the first one
     };
     // A deviation from the program, in one of the cuts.
     struct Upset {
@@ -35,6 +36,8 @@ struct Milling {
         double hold_height = 1;     // mm above the work where it begins
         bool speed_change = false;  // commanded 0.5 mm above the work
         bool abort = false;         // 0.3 mm below the top
+        double zero = 0;            // mm by which somebody changes the zero before it, for good
+        bool by_program = false;    // the load rises where the program has the contact, wherever Z is
     };
 
     std::vector<Cut> program{{10, 1, -20}, {20, 2, -40, 4000}, {30, 1, -20}, {30, 1, -25}};
@@ -89,9 +92,12 @@ private:
     // False when it was aborted.
     bool plunge(const Cut& cut, const Upset& upset) {
         now_.operation = cut.operation;
-        const double top = cut.top + zero + lengths[cut.tool];  // as the program has it
+        zero += upset.zero;
+        fixture_ = cut.fixture;
+        by_program_ = upset.by_program;
+        const double top = cut.top + fixture_ + zero + lengths[cut.tool];  // as the program has it
         now_.start_height = unit * (top + 2);
-        top_ = upset.air ? -1e9 : cut.top + table + tips[cut.tool] + upset.height;
+        top_ = upset.air ? -1e9 : cut.top + fixture_ + table + tips[cut.tool] + upset.height;
         travel(top + 6, 50, rapid);
         if (cut.speed != now_.speed || cut.tool != now_.tool) {
             now_.tool = cut.tool;
@@ -143,7 +149,7 @@ private:
     void period(double velocity, std::int32_t motion) {
         command_ += velocity * dt;
         const double z = command_ + offset;
-        const double depth = top_ - (z - growth);
+        const double depth = top_ - (by_program_ ? command_ : z - growth);
         const double part = velocity != 0 ? depth / (std::abs(velocity) * dt) : depth * 1e9;  // of the period
         const double cut = holding_ ? 0 : step * std::clamp(part, 0.0, 1.0);
         cut_load_ += (cut - cut_load_) * -std::expm1(-dt / lag);
@@ -156,7 +162,7 @@ private:
         now_.motion = motion;
         now_.velocity = unit * velocity;
         now_.z = unit * z;
-        now_.work_offset = unit * (work_offset + zero);
+        now_.work_offset = unit * (work_offset + fixture_ + zero);
         now_.tool_length = unit * (tool_length + lengths[now_.tool]);
         now_.origin_reason = reason;
         now_.applied_offset = unit * offset;
@@ -169,6 +175,8 @@ private:
     double top_ = -1e9;      // mm, where the work begins in this cut
     double cut_load_ = 0;
     bool holding_ = false;  // the feed: no chip is cut
+    bool by_program_ = false;
+    double fixture_ = 0;  // mm, of the last cut
     std::vector<double> past_{};
     std::mt19937 generator_{1};
 };

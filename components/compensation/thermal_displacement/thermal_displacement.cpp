@@ -128,7 +128,8 @@ struct ThermalDisplacement final : hal::Component {
         if (measured_.due() || shown_event_) show(event, applying, now.setup);
         shown_event_ = event != GrowthByContact::Event::none;
         const bool doubted = applying && measured_.known() && measured_.authority().doubt() != Doubt::none;
-        summary.step(applying && now.cycle_running, offset_.value(), trust.sigma(), doubted, dt);
+        summary.step(applying && now.cycle_running && step_ == 0, offset_.value(), trust.sigma(), doubted,
+                     dt);
         walk();
         if (measured_.due() || its_fault != fault_) show_status(now, its_fault != Fault::none, dry, applying);
         fault_ = its_fault;

@@ -12,7 +12,8 @@ namespace plumb {
 struct WorkSummary : hal::Group {
     using Group::Group;
 
-    // Once a period. `counts`: a part is made with compensation; the offset in force and its sigma in mu.
+    // Once a period. `counts`: a part is made with compensation, and none that verifies; the offset in force
+    // and its sigma in mu.
     void step(bool counts, double in_force, double sigma, bool doubted, double dt) noexcept {
         time_ += dt;
         if (counts && !counted_) over = false;
@@ -27,7 +28,8 @@ struct WorkSummary : hal::Group {
     }
 
     hal::In<double> interval{this, "summary-time", 28800, "s", "Time between two summaries."};
-    hal::Out<bool> over{this, "summary", "The part that has ended completes a summary-time; until the next part."};
+    hal::Out<bool> over{this, "summary",
+                        "The part that has ended completes a summary-time; until the next part."};
     hal::Out<std::int32_t> parts{this, "summary-parts", "Parts made with compensation in that time."};
     hal::Out<double> offset{this, "summary-offset", "mu", "Largest offset in that time."};
     hal::Out<double> error{this, "summary-sigma", "mu", "Error of the offset to expect in these parts, rms."};

@@ -414,9 +414,10 @@ TEST(GrowthByContact, AForeignZeroContainsTheGrowthOfItsMoment) {
     EXPECT_NEAR(target, 10 * um, 1 * um);
     shop.mill.table = 100 * um;
     shop.mill.zero = 110 * um;
-    shop.cycle(10 * um);
+    shop.cycle(10 * um, {{1, {true}}, {2, {true}}, {3, {true}}});  // one contact says it all
     EXPECT_EQ(shop.measured.origin_change(), 0);
     EXPECT_NEAR(shop.measured.estimate(shop.used), 0, 1.5 * um);
+    EXPECT_EQ(shop.measured.authority().doubt(), Doubt::none);
 }
 
 TEST(GrowthByContact, ARecordWithoutAnOriginTakesThatOfItsFirstContact) {

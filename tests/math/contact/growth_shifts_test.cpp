@@ -74,6 +74,30 @@ TEST(GrowthShifts, HealthyMachinesAreCorrectedAndNotAccused) {
             }
 }
 
+// A chiller holds the spindle within a micrometre, or cools it too much, or a column takes its growth back
+// half an hour later. Its speed says that it should have grown.
+TEST(GrowthShifts, ChilledSpindlesAndOpposedGrowthsAreNotAccused) {
+    const std::function<double(const GrowthTruth&, double)> kinds[]{
+        [](const auto&, double t) { return um * std::sin(6.2832 * t / 900); },
+        [](const auto& its, double t) { return -its.growth(t); },
+        [](const auto& its, double t) { return its.growth(t) - its.growth(std::max(t - 1800, 0.0)); }};
+    for (const auto& kind : kinds) {
+        Score score;
+        for (int seed = 1; seed <= machines; ++seed) {
+            GrowthShop shop = shop_with(two_tools);
+            GrowthTruth truth = drawn_growth(seed, 12 * um, seed % 2, 10);
+            const GrowthTruth usual = truth;
+            truth.growth = [&](double t) { return kind(usual, t); };
+            const auto growth = std::make_unique<GrowthFromContacts>();
+            score.add(shop.run(truth, 10, seed, *growth));
+        }
+        EXPECT_EQ(score.asked, 0) << &kind - kinds;
+        EXPECT_LE(score.told, 0.02 * score.cuts) << &kind - kinds;
+        EXPECT_LE(score.messages, 1) << &kind - kinds;
+        EXPECT_LE(score.worse, 0.005 * score.cuts) << &kind - kinds;
+    }
+}
+
 TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
     struct Case {
         const char* name;
