@@ -76,15 +76,13 @@ public:
 private:
     // s, and intervals of the drive: a nearer step belongs to the shape of the rise.
     static constexpr double nearest = 0.0175, nearest_samples = 3;
+    static constexpr double far = 0.04;                  // s
     static constexpr double before = 0.01, after = 0.2;  // s about the contact: there it may be in truth
     static constexpr int trials = 6;                     // time constants, if it is free
     static constexpr double largest = 1.1, ratio = 1.5;  // of them
     static constexpr double shortest = 0.002;            // s
     static constexpr double contacts_per_time = 2000;    // 1/s: a slow thread has time for more in a period
     static constexpr int most_passes = 5;
-    static constexpr double clear = 6;  // standard deviations, of what the second step explains
-    static constexpr double very_clear =
-        10;  // ... and then the contact may be nearer to where one step has it
     // By simulation: what noise, teeth and clipping make of a healthy rise.
     static constexpr double least_first = 1.0 / 12, least_contact = 1.0 / 3;  // of the other step
     static constexpr double plateau = 2.5;  // time constants between two steps, if the first is larger
@@ -140,12 +138,16 @@ private:
             contact_.sigma * contact_.gain / best_.gain *
             std::sqrt(variance / contact_.variance * best_.time_constant / contact_.time_constant);
         const double shift = contact_.onset - best_.onset;
-        const double better = (best_.explained - contact_.explained) / (counted_ * variance);
+        // Standard deviations: by which two steps are better than one, and the contact is elsewhere.
+        const double better =
+            std::sqrt(std::max(0.0, best_.explained - contact_.explained) / (counted_ * variance));
+        const double away = std::abs(shift) / sigma;
         const bool two = between >= apart_ && best_.gain > least_contact * best_.first_gain &&
                          size > least_first * best_.gain &&
                          (size < best_.gain || between > plateau * best_.time_constant);
-        const double clear_shift = better > very_clear * very_clear ? 2 : 4;  // standard deviations
-        if (better > clear * clear && two && std::abs(shift) > clear_shift * sigma) shift_ = shift;
+        const bool clear = (better > 6 && away > 4) || (better > 10 && away > 2) ||
+                           (better > 5 && away > 10 && between > far);
+        if (two && clear) shift_ = shift;
     }
 
     static constexpr int unknowns = 5;
