@@ -371,7 +371,7 @@ class Replay:
         contact.code = code if refused[1] > refused[0] else 0
         contact.rejection = self.rejection(code)
         contact.compared = not contact.learnt and (contact.accepted or contact.code in (TOO_LARGE, BEYOND_GATE))
-        # It is told when it has been fitted, half a second late: perhaps in the next descent, but not yet in its cut.
+        # It is reported when it has been fitted, up to 0.75 s late: perhaps in the next descent, but not yet in its cut.
         at = contact.time / recording.period
         met = [a for a in recording.approaches if (a.begin if a.onset is None else a.onset) < at]
         contact.approach = met[-1] if met else None
