@@ -19,7 +19,7 @@ namespace plumb {
 // tool, the filter of the drive has changed: then the time constant is fitted again (see OnsetShape).
 //
 //  - A load that the drive samples and holds counts once per sample: where it changes, and where it would
-//    have changed, by the shortest time between two changes.
+//    have changed, by the shortest times between two changes.
 //  - At last a load that rises twice is looked for (see EarlierStep).
 //  - No period does more than a piece of the work, so the result comes some periods late.
 class ContactOnset {
@@ -181,7 +181,7 @@ private:
         contact.explained = fit_.explained();
         contact.sigma = noise_;
         contact.variance = variance();
-        const double interval = spacing_ * (hold_ > 1 && longer_ ? hold_ + 1 : hold_);
+        const double interval = spacing_ * period();
         earlier_.begin(contact, total_, total_.yy - total_.y * total_.y / total_.n, spacing_, size_,
                        interval);
         enter(Stage::earlier);
@@ -228,7 +228,7 @@ private:
             if (s.held == 0 && k_ + 1 < size_) hold(slot(k_ + 1).held + 1);
             return;
         }
-        const double weight = s.held % hold_ == 0 ? 1 : 0;
+        const double weight = s.held % period() == 0 ? 1 : 0;
         const double load = s.load - slot(0).load;  // a load that does not change gives sums of exactly 0
         if (stage_ == Stage::total) {
             total_.n += weight;
@@ -255,6 +255,9 @@ private:
         longer_ |= slots == hold_ + 1;
         hold_ = std::min(hold_, slots);
     }
+
+    // Slots after which it has taken another sample, whether or not that has another value.
+    int period() const noexcept { return hold_ > 1 && longer_ ? hold_ + 1 : hold_; }
 
     // Time constants in a geometric row; then the top of the parabola through the best and its neighbours.
     void end_trial() noexcept {

@@ -36,7 +36,6 @@ public:
         spacing_ = spacing;
         samples_ = samples;
         apart_ = std::max(nearest, nearest_samples * interval);
-        counted_ = std::max(1.0, total.n * interval / (samples * spacing));
         trial_ = 0;
         best_ = {};
         shift_ = 0;
@@ -139,8 +138,7 @@ private:
             std::sqrt(variance / contact_.variance * best_.time_constant / contact_.time_constant);
         const double shift = contact_.onset - best_.onset;
         // Standard deviations: by which two steps are better than one, and the contact is elsewhere.
-        const double better =
-            std::sqrt(std::max(0.0, best_.explained - contact_.explained) / (counted_ * variance));
+        const double better = std::sqrt(std::max(0.0, best_.explained - contact_.explained) / variance);
         const double away = std::abs(shift) / sigma;
         const bool two = between >= apart_ && best_.gain > least_contact * best_.first_gain &&
                          size > least_first * best_.gain &&
@@ -155,7 +153,6 @@ private:
     Contact contact_;
     OnsetFit::Total total_;
     double all_ = 0, spacing_ = 1, apart_ = 0;
-    double counted_ = 1;  // how often each sample of the drive counts
     int samples_ = 0, trial_ = 0, passes_ = 0;
     Stage stage_ = Stage::search;
     TwoStepSearch search_;

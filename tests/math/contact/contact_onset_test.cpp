@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace plumb {
@@ -277,6 +278,20 @@ TEST(ContactOnset, CountsASampleThatIsHeldOnce) {
     EXPECT_LT(1000 * feed * pairs.rms, 3) << "um";
     EXPECT_GT(pairs.sigma, 0.9 * pairs.rms);
     EXPECT_LT(pairs.sigma, 2 * pairs.rms);
+}
+
+// Some samples are held for a period more than others: each would count twice, at its begin and at its end.
+TEST(ContactOnset, CountsASampleOnceThatIsHeldForNoWholeNumberOfPeriods) {
+    for (const auto& [hold, most] : {std::pair(0.0099, 2.6), std::pair(0.0159, 4.0)}) {  // s, um
+        Approach approach;
+        approach.noise = 0.3;
+        approach.quantum = 0.1;
+        approach.hold = hold;
+        const Scatter pairs = scatter_of_pairs(approach, 300, 1);
+        EXPECT_LT(1000 * feed * pairs.rms, most) << hold;
+        EXPECT_GT(pairs.sigma, 0.85 * pairs.rms) << hold;
+        EXPECT_LT(pairs.sigma, 1.4 * pairs.rms) << hold;
+    }
 }
 
 TEST(ContactOnset, LooksThroughPeriodsShorterThanItHasRoomFor) {
