@@ -682,7 +682,12 @@ TEST(ThermalDisplacement, AfterARestartTheGrowthIsUnknownBeforeTheFirstCut) {
     EXPECT_EQ(mill.get("restores"), 1);
     EXPECT_EQ(mill.get("doubt-code"), 11);
     EXPECT_EQ(mill.get("status-code"), no_contact);
-    for (int n = 0; n < 2; ++n) mill.cycle(20 * um);
+    mill.set("constant-in-part", 1);
+    const double before = mill.offset();
+    mill.cycle(20 * um);
+    EXPECT_EQ(mill.offset(), before) << "no step in the first part";
+    for (int n = 0; n < 2; ++n) mill.cycle(20 * um);  // one contact each: the second one decides
+    EXPECT_NEAR(mill.offset(), 20 * um, 2 * um);
     EXPECT_EQ(mill.get("doubt-code"), 0);
 }
 

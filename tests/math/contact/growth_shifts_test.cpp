@@ -70,7 +70,7 @@ TEST(GrowthShifts, HealthyMachinesAreCorrectedAndNotAccused) {
                 EXPECT_LE(score.told, 0.02 * score.cuts) << size << two_states;
                 EXPECT_LE(score.worse, 0.005 * score.cuts) << size << two_states;
                 EXPECT_GE(score.within, 0.85 * score.cuts) << size << two_states;
-                EXPECT_LE(score.messages, 0.1 * machines + 1) << "in ten hours each";
+                EXPECT_LE(score.messages, 0.1 * machines) << "one in 100 h";
             }
 }
 
