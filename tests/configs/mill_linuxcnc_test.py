@@ -176,7 +176,7 @@ class Days(unittest.TestCase):
         self.assertEqual(day["growth.doubt-code"][self.rows("second", "after_restart")[-1]], 0)
         self.assertGreater(first, contact)
         unknown = [text for text in self.facts["second"]["messages"] if "The growth is unknown" in text]
-        self.assertEqual(unknown, ["Growth of Z: The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept."])
+        self.assertEqual(unknown, ["Growth of Z: The growth is unknown: the offset stays as it is until the first contact. Pre-cut, probe, or accept."])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():

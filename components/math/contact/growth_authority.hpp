@@ -66,7 +66,8 @@ constexpr const char* sentence(Doubt doubt) {
             return "New zero, or another depth? The work offset or a tool length has changed without a "
                    "reason.";
         case Doubt::unknown:
-            return "The growth is unknown: no offset until the first contact. Pre-cut, probe, or accept.";
+            return "The growth is unknown: the offset stays as it is until the first contact. Pre-cut, "
+                   "probe, or accept.";
         default: return nullptr;
     }
 }
