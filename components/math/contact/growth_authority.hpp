@@ -88,7 +88,6 @@ public:
         double sigma = 0, since_sigma = 0;  // mu, of `predicted`, and of its change since that contact
         std::array<GrowthEstimator::Possible, GrowthEstimator::most> possible{};  // growths now
         double apart = 0;            // mu, standard deviation by which a cut differs from the gauges
-        double unforeseen = 0;       // mu, standard deviation of a growth that the model does not foresee
         double spread = 0;           // mu, of the gate
         double reference_sigma = 0;  // mu
         bool predicts = true;        // the model is asked for
@@ -115,7 +114,7 @@ public:
             trusted_ = certain;
             growth_ = base_ + bounded(trusted_ * (e.predicted - base_), e.spread);
         }
-        sigma_ = std::hypot(std::hypot(e.sigma, e.unforeseen), e.apart, silent ? 0 : growth_ - e.predicted);
+        sigma_ = std::hypot(e.sigma, e.apart, silent ? 0 : growth_ - e.predicted);
         const double before = part_;
         const double most = allowed(growth_, e, settings.floor / 3);
         if (!silent) damp(growth_ == 0 ? 0 : std::min(most / std::abs(growth_), 1.0));

@@ -142,7 +142,6 @@ private:
         e.predicted = growth(settings);
         e.sigma = estimator_.sigma();
         e.apart = estimator_.apart(settings.estimator());
-        e.unforeseen = estimator_.unforeseen(settings.estimator());
         e.possible = estimator_.possible();
         if (!settings.between.by_speed) e.possible = {{{1, e.predicted, estimator_.sigma()}}};
         e.since_sigma = estimator_.since_sigma();
