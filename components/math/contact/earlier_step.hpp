@@ -18,7 +18,7 @@ public:
     // The contact as one step explains it: times in s, its onset before the newest sample.
     struct Contact {
         double time_constant = 0;
-        bool free = false;  // it was fitted; else it is that of the reference
+        bool free = false;  // the time constant was fitted; else the reference has given it
         double onset = 0;
         double gain = 0;
         double explained = 0;  // by it, or by another filter
@@ -26,8 +26,8 @@ public:
         double variance = 0;   // of the noise, as its residuals show it
     };
 
-    // `all`: the sum of squares about the mean; `samples`: their number, with those of weight 0; `interval`:
-    // s, between two samples of the drive.
+    // `all`: the sum of the squares of the loads about their mean; `samples`: the number of all samples, of
+    // weight 0 or 1; `interval`: s, between two samples of the drive.
     void begin(const Contact& contact, const OnsetFit::Total& total, double all, double spacing, int samples,
                double interval) noexcept {
         contact_ = contact;

@@ -19,8 +19,8 @@ public:
     }
 
     // Variance of the white noise that would shift the onset as much as this noise. The fit has taken part
-    // of the slow noise out of the residuals: the more, the fewer time constants there are. The two factors
-    // are those of white and of 1/f noise, by simulation. `n`: sum of the weights; `length`: the time
+    // of the slow noise out of the residuals: the more, the fewer time constants there are. Simulations of
+    // white noise and of 1/f noise gave the two factors. `n`: the sum of the weights; `length`: the time
     // constant as a part of the record.
     double variance(double n, int unknowns, double length) const noexcept {
         const double white_lost = 1 + 8 * length, slow_lost = 1 + 19 * length;

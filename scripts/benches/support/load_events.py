@@ -2,8 +2,8 @@
 """Events of the load around a contact, on the mill of configs/mill/bench.hal: coolant, a dip, a resonance.
 
 Coolant comes on at a height above the work, and has its load through the filter of the drive. In a dip it is off for a while. The
-heights are those of the program: the tool of a warm machine meets the work earlier, and an event at a fixed distance before the
-contact of the learning cycle is nearer to its contact then.
+program gives the height of an event. The tool of a warm machine meets the work earlier: then an event is nearer to the contact
+than in the learning cycle.
 """
 
 import collections
@@ -137,7 +137,7 @@ def judge(column, cuts, cycles):
 
 
 def caused(machine, healthy):
-    """um by which the errors of the silent cuts differ from those of the same cuts without the event."""
+    """um by which the event changed the error of each silent cut: `healthy` is the same machine without the event."""
     if machine.learnt != healthy.learnt or len(machine.cuts) != len(healthy.cuts):
         return np.empty(0)  # another reference: the operator knows
     silent = ~machine.cuts["announced"]
