@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """scripts/bench trust --events: when its events come, its table, and short runs."""
 
+import contextlib
+import io
 import os
 import tempfile
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -34,6 +37,12 @@ class Table(unittest.TestCase):
         lines = load_events.table([NONE, EVENTS[1]], [[outcome([1, -2, 3], [0, 0, 0])], [outcome([1, -12, 33], [0, 0, 1], True)]])
         self.assertRegex(lines[2], r"none +0 of 1 +2\.0 +3\.0 +100% +0\.0 +0\.0 +100% +25\.0%  14: 5")
         self.assertRegex(lines[3], r" 1 of 1 +12\.0 +33\.0 +67% +5\.0 +10\.0 +33% ")
+
+    def test_the_second_structure_is_refused_and_not_left_out(self):
+        said = io.StringIO()
+        with unittest.mock.patch("sys.argv", ["trust", "--events", "--plant", "2", "--seeds", "1", "--for", "600", "--output", self.enterContext(tempfile.TemporaryDirectory())]), contextlib.redirect_stderr(said):
+            self.assertRaises(SystemExit, trust.main)
+        self.assertIn("--plant 2", said.getvalue())
 
     def test_names_are_unique(self):
         self.assertEqual(len({event.name for event in EVENTS}), len(EVENTS))
