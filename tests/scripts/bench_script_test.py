@@ -49,7 +49,7 @@ class Usage(unittest.TestCase):
     def test_what_is_no_bench_is_answered_by_the_list(self):
         for word in ("press", "support", "__main__", "../setup", "--help"):
             done = self.run_script(word)
-            self.assertEqual((done.returncode, done.stderr), (2, self.run_script().stderr), word)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", self.run_script().stderr), word)
 
 
 class WithoutMatplotlib(unittest.TestCase):
