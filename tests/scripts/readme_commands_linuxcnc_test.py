@@ -111,6 +111,8 @@ COMMANDS = {
         "scripts/campaign faults --for 2h": LONG,
         "cmake -S . -B build-thread ...": LONG,
         "cmake --build build-thread ...": LONG,
+        "cmake -S . -B build-unsigned ...": LONG,
+        "cmake --build build-unsigned ...": LONG,
         "new() ...": Run("."),
         "new components/plants/sim_drive_load.cpp": Run(".", before="new()", then="grep -q SimFeedDrive components/plants/sim_feed_drive.cpp"),
         "new components/plants/sim_drive_load.page": Run(".", before="new()", then="grep -q 'sim_feed_drive turns' components/plants/sim_feed_drive.page"),
