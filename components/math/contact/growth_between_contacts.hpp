@@ -135,8 +135,8 @@ public:
     double error_of(std::int32_t gauge) const noexcept {
         return mean([&](const SpeedDrivenGrowth& filter) { return filter.error_of(gauge); });
     }
-    double effect() const noexcept {  // mu, of a drive of 1
-        return mean([](const SpeedDrivenGrowth& filter) { return filter.effect(); });
+    double largest_gain() const noexcept {
+        return mean([](const SpeedDrivenGrowth& filter) { return filter.largest_gain(); });
     }
     double fastest_response() const noexcept { return filters_.front().driven(); }
 

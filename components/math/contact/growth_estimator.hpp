@@ -15,29 +15,25 @@ namespace plumb {
 // A distance by which contacts have moved at once, and which is not growth.
 enum class Shift : std::int32_t { none, all, only_tool, one_tool, by_feed };
 
-// What is expected of any machine, before its contacts. A part is one of contacts, if no unit is given.
+// What is expected of any machine, before its contacts.
 struct ContactPriors {
-    double outlier = 0.005;       // a chip or an odd blank in 200
-    double tool = 0.0002;         // a tool that was changed or measured: in 140 h at 36 contacts an hour
-    double all = 0.0002;          // other work, zero, setter or drive: as often
-    double delay = 0.0002;        // another delay of the load: as often
-    double shift = 0.5;           // of gate-cap, standard deviation of a shift: 30 um, a shim or a new insert
-    double largest_delay = 0.02;  // s, standard deviation of a delay: a bus or a filter
-    double fast = 0.1;            // after a growth that the model does not describe: each tenth contact
-    double settled_rate = 0.04;   // of max-growth-rate, without a past: 8 nm/s, 2.4 um in 5 min
-    double settled_contacts = 3;  // contacts that this counts for: a fast machine shows soon
+    double outlier = 0.005;       // of a contact: a chip or odd blank in 200
+    double tool = 0.0005;         // of a contact: a tool that was changed or measured, once in 2000
+    double all = 0.0005;          // of a contact: other work, zero, setter or drive, once in 2000
+    double delay = 0.0005;        // of a contact: another delay of the load, once in 2000
+    double largest_delay = 0.02;  // s, standard deviation of that
+    double fast = 0.1;            // of a contact: growth that the model does not describe
+    double settled_rate = 0.05;   // of max-growth-rate: a machine of which no past is known
     double slowest = 0.01;        // of max-growth-rate: no machine is quieter than that
-    double lasting = 300;         // s, for which a growth keeps its direction: half the lag of a spindle
-    double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one: below the rarest answer
-    double memory = 0.05;         // weight of a new contact in what the past has shown: of twenty contacts
-    double first = 2;             // references that count as agreeing, before they are compared
-    double widest = 16;           // ratio of variances: one contact beyond four sigma counts as four
-    double rough = 1.5;         // of a contact's deviation by load and repeatability, until contacts show it
-    double rough_contacts = 5;  // contacts that this counts for: two parts
-    double apart = 2.2;    // of a seat's variance, by which a cut differs: its seat now, and while learning
-    double likely = 0.4;   // weight of a shift that is reported
-    double decided = 0.9;  // weight of a shift that is reported in the cycle in which it is found
-    double follows = 0.5;  // of a step on purpose: a gauge nearer to it than to rest moves with it
+    double shortest = 60;         // s, in which a growth shows
+    double lasting = 300;         // s, for which it keeps its direction
+    double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one
+    double memory = 0.05;         // weight of a new contact in the mean: of twenty contacts
+    double first = 2;             // contacts that the consistency of 1 counts for at the start
+    double widest = 16;           // ratio of variances found and expected
+    double rough = 1.5;           // of contact-repeatability: seats and blanks, until contacts show them
+    double rough_contacts = 5;    // contacts that this counts for
+    double decided = 0.9;         // weight of a shift that is reported in the cycle in which it is found
 };
 
 // The growth by contacts of several gauges. What a contact shows is one of
@@ -88,18 +84,15 @@ public:
         for (std::int32_t i = 0; i < alive_; ++i) {
             at(i).model.step(speed, temperature, temperature_valid, settings.between, dt);
             at(i).since += dt;
-            at(i).since_part += dt;
         }
         if (!at(0).model.known()) known_ = false;
         predict();
     }
 
-    Verdict judge(const Reading& reading, const Settings& settings) noexcept {
-        if (withdrawn(reading.gauge)) return Verdict::withdrawn;
-        Reading r = reading;
-        r.reference_sigma *= std::sqrt(std::max(1.0, scatter2_.value / rough.value));
+    Verdict judge(const Reading& r, const Settings& settings) noexcept {
+        if (withdrawn(r.gauge)) return Verdict::withdrawn;
         const Expected expected = at(0).model.expected(r.its());
-        if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < prior.follows) {
+        if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < 0.5) {
             withdrawn_ |= bit(r.gauge);
             return Verdict::withdrawn;
         }
@@ -119,7 +112,7 @@ public:
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
         alive_ = 1;
         at(0).model.correct(growth, sigma, {}, !first, settings.between);
-        at(0).hold(growth, -1);
+        at(0).hold(growth);
         accepted_ = 0;
         finish(true);
     }
@@ -137,14 +130,13 @@ public:
     void forget() noexcept {
         renew_gauges();
         at(0).model.forget();
-        at(0).since = at(0).since_part = 1e9;
+        at(0).since = 1e9;
         at(0).held = 0;
         known_ = false;
-        scatter2_ = seats2_ = rough;
-        shown_ = {};
-        unforeseen2_ = 0;
-        parts_ = 0;
-        rate2_ = settled;
+        consistency_ = 1;
+        scatter_ = prior.rough;
+        compared_ = 0;
+        rate2_ = squared(prior.settled_rate);
         claimed_ = false;
         accepted_ = 0;
     }
@@ -167,17 +159,16 @@ public:
     std::array<Possible, most> possible() const noexcept {
         std::array<Possible, most> all;
         for (std::int32_t i = 0; i < alive_; ++i)
-            all[i] = {at(i).weight, at(i).model.growth(), at(i).model.sigma()};
+            all[i] = {at(i).weight, at(i).model.growth(), std::sqrt(consistency_) * at(i).model.sigma()};
         return all;
     }
 
     // Standard deviation by which a cut may differ from the gauges, in mu: by its own seat and blank, now and
-    // in the learning cycle, by an error that all references share, and by a growth since the last contact
-    // that is not foreseen, as parts have begun with it. Seats and blanks scatter as contacts have shown.
-    // References that disagree by more than their sigmas share more, too.
+    // in the learning cycle, and by an error that all references share. Seats and blanks scatter as contacts
+    // have shown. References that disagree by more than their sigmas share more, too.
     double apart(const Settings& settings) const noexcept {
-        return std::sqrt(prior.apart * seats2_.value * squared(settings.between.repeatability) +
-                         shared_error2() + unforeseen2(settings));
+        const double least2 = squared(settings.between.repeatability), found2 = scatter2(settings);
+        return std::sqrt(3 * found2 - least2 + shared_error2());
     }
 
     // The growth that a spindle as expected would have by its speed, in mu.
@@ -200,7 +191,7 @@ public:
     void shift_is_growth() noexcept {
         if (shift_ == Shift::none) return;
         alive_ = 1;
-        at(0).held += at(0).model.shift_of_all(fastest_);
+        at(0).hold(at(0).held + at(0).model.shift_of_all(fastest_));
         at(0).model.change([&](SpeedDrivenGrowth& its) { its.take_shift_as_growth(fastest_); });
         at(0).forget_shifts();
         finish(true);
@@ -227,7 +218,11 @@ public:
 
     // Mean and variance that a contact of a gauge is expected to have.
     using Expected = GrowthBetweenContacts::Expected;
-    Expected expected(const Reading& r) const noexcept { return at(0).model.expected(r.its()); }
+    Expected expected(const Reading& r) const noexcept {
+        Expected its = at(0).model.expected(r.its());
+        its.variance *= consistency_;
+        return its;
+    }
 
 private:
     enum class Answer { work, outlier, tool, all, delay };
@@ -236,44 +231,6 @@ private:
 
     static constexpr ContactPriors prior{};
 
-    static constexpr double squared(double x) noexcept { return x * x; }
-
-    // By the distribution of Student, of a variance that so many contacts have shown.
-    static double likelihood(double error, double variance, double contacts) noexcept {
-        return std::pow(1 + squared(error) / (variance * contacts), -0.5 * (contacts + 1)) /
-               std::sqrt(variance);
-    }
-
-    // A variance, as a part of a unit, that errors show: they are expected to have value * unit + rest. The
-    // more of that is the rest, the less a contact counts.
-    struct Learned {
-        double value, contacts;  // that it rests on
-        double clear;            // of them: the rest would not have hidden a value of 1
-
-        void see(double error2, double unit, double rest, double least) noexcept {
-            const double own = value * unit, shows = squared(own / (own + rest));
-            contacts = std::min(contacts + shows, 1 / prior.memory);
-            clear = std::min(clear + squared(unit / (unit + rest)), 1 / prior.memory);
-            const double seen = std::min((error2 - rest) / std::max(unit, 1e-12), prior.widest * value);
-            value = std::max(value + shows / contacts * (seen - value), least);
-        }
-    };
-
-    // A contact as the work explains it: by a growth that the model describes, or by a faster one. A rate
-    // that few contacts have shown has the distribution of Student, by which a lively machine is soon known.
-    struct OfWork {
-        double error, variance, shown;  // mu, mu², and contacts that have shown it
-        double fast2, contacts;         // of the faster growth
-
-        double ratio() const noexcept { return squared(error) / (variance + fast2); }
-        double slowly() const noexcept { return (1 - prior.fast) * likelihood(error, variance, shown); }
-        double fast() const noexcept { return prior.fast * likelihood(error, variance + fast2, contacts); }
-        double likely() const noexcept { return slowly() + fast(); }
-        double shown2() const noexcept {  // mu², of the faster growth, after this contact
-            return fast() / likely() * fast2 * (contacts + ratio()) / (contacts + 1);
-        }
-    };
-
     struct Hypothesis {
         GrowthBetweenContacts model;
         double weight = 1;
@@ -281,31 +238,19 @@ private:
         bool alone = false;         // ... of the only tool
         bool late = false;          // the load has another delay
         std::uint64_t of_tool = 0;  // the gauges that have shifted by their tool
-        // The growth by the last contact of the work, mu; s since the last one that was no outlier, and since
-        // the last one of an earlier part; its part, and the response to the drive then.
-        double held = 0, since = 1e9, since_part = 1e9, response = 0;
-        std::int32_t part = -1;
+        // The growth by the last contact of the work, mu; s since the last one that was no outlier, and the
+        // response to the drive then.
+        double held = 0, since = 1e9, response = 0;
 
-        void hold(double growth, std::int32_t of_part) noexcept {
+        void hold(double growth) noexcept {
             held = growth;
-            if (of_part != part) since_part = since;
-            part = of_part;
             since = 0;
             response = model.fastest_response();
         }
-        double unseen(std::int32_t in_part) const noexcept { return in_part == part ? since_part : since; }
         void forget_shifts() noexcept {
             all = alone = late = false;
             of_tool = 0;
         }
-    };
-
-    // The growth that a contact of the work has shown in a part, and its variances by load and reference,
-    // mu².
-    struct Shown {
-        std::int32_t part = -1;
-        double growth = 0, noise2 = 0, reference2 = 0;
-        bool alone = false;  // the first one of its part
     };
 
     struct Candidate {
@@ -322,102 +267,96 @@ private:
         return std::uint64_t{1} << (gauge & 63);
     }
 
-    // mu², of a contact by its load and contact-repeatability, and as contacts have shown.
-    static double least2(const Reading& r, const Settings& settings) noexcept {
-        return squared(r.noise) + squared(settings.between.repeatability);
-    }
-    double noise2(const Reading& r, const Settings& settings) const noexcept {
-        return scatter2_.value * least2(r, settings);
+    static double likelihood(double error, double variance) noexcept {
+        return std::exp(-0.5 * error * error / variance) / std::sqrt(variance);
     }
 
     // The best answer to what this contact is.
     Answer split(const Reading& r, const Settings& settings) noexcept {
         std::array<Candidate, most * answers> candidates;
-        for (std::int32_t i = 0; i < alive_; ++i) weigh(i, r, settings, candidates.data() + answers * i);
+        const double repeatability = settings.between.repeatability;
+        const double noise2 = r.noise * r.noise + repeatability * repeatability;
+        for (std::int32_t i = 0; i < alive_; ++i)
+            weigh(i, r, noise2, settings, candidates.data() + answers * i);
         const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(answers) * alive_;
         std::partial_sort(candidates.begin(), std::min(candidates.begin() + most, end), end,
                           [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
-        learn_past(candidates[0], r, settings);
+        learn_past(candidates[0], r, noise2, settings);
         live_on(candidates, r, settings);
         return candidates[0].answer;
     }
 
-    void weigh(std::int32_t i, const Reading& r, const Settings& settings, Candidate* its) const noexcept {
+    void weigh(std::int32_t i, const Reading& r, double noise2, const Settings& settings,
+               Candidate* its) const noexcept {
         const Hypothesis& h = at(i);
-        const OfWork work = of_work(h, r, settings);
-        const double error = work.error, variance = work.variance;
-        const double shift2 = squared(prior.shift * settings.cap);
-        const double of_shift = likelihood(error, variance + shift2, work.shown);
-        const double of_delay =
-            likelihood(error, variance + squared(prior.largest_delay * r.feed), work.shown);
-        const double outlier = likelihood(error, variance + settings.cap * settings.cap, work.shown);
+        const Expected expected = h.model.expected(r.its());
+        const double error = r.growth - expected.mean;
+        const double variance = consistency_ * (expected.variance + noise2);
+        const double fast2 = fast_variance(h, settings);
+        const double slow = (1 - prior.fast) * likelihood(error, variance);
+        const double fast = prior.fast * likelihood(error, variance + fast2);
+        const double shift2 = settings.cap * settings.cap / 4;
+        const double of_shift = likelihood(error, variance + shift2);
+        const double of_delay = likelihood(error, variance + squared(prior.largest_delay * r.feed));
+        const double outlier = likelihood(error, variance + settings.cap * settings.cap);
         const double none = 1 - prior.outlier - prior.tool - prior.all - prior.delay;
         const auto candidate = [&](Answer answer, double p) {
             return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
         };
         const double grown = r.growth - displaced(h, r.gauge, r.feed);
         const double gate = std::clamp(settings.max_growth_rate * h.since, settings.floor, settings.cap);
-        const bool possible =
-            r.confirmed || std::abs(grown - h.held) <= gate + 3 * std::sqrt(noise2(r, settings));
-        its[0] = candidate(Answer::work, possible ? none * work.likely() : 0);
-        its[0].fast = work.shown2();
+        const bool possible = r.confirmed || std::abs(grown - h.held) <= gate + 3 * std::sqrt(noise2);
+        its[0] = candidate(Answer::work, possible ? none * (slow + fast) : 0);
+        its[0].fast = fast2 * fast / std::max(slow + fast, 1e-300);
         its[1] = candidate(Answer::outlier, prior.outlier * outlier);
         its[2] = candidate(Answer::tool, r.other_tools && known_ ? prior.tool * of_shift : 0);
         its[3] = candidate(Answer::all, known_ ? prior.all * of_shift : 0);
         its[4] = candidate(Answer::delay, r.other_feeds && known_ ? prior.delay * of_delay : 0);
     }
 
-    // Since the last part a growth may have come that the model does not describe: at a rate, and by a change
-    // of speed as much as the whole effect of that. Noise may have hidden it at other contacts of this part.
-    OfWork of_work(const Hypothesis& h, const Reading& r, const Settings& settings) const noexcept {
-        const Expected expected = h.model.expected(r.its());
-        const double by_speed = h.model.effect() * (h.model.fastest_response() - h.response);
-        const double unseen = h.unseen(r.cycle);
-        const double fast2 = rate2_.value * of_fastest2(unseen, settings) + squared(by_speed);
-        return {r.growth - expected.mean, expected.variance + noise2(r, settings), scatter2_.contacts,
-                std::min(fast2, squared(settings.cap)), rate2_.clear};
+    // Since the last accepted contact a growth may have come that the model does not describe: slowly, and by
+    // a change of speed as much as the whole effect of that.
+    double fast_variance(const Hypothesis& h, const Settings& settings) const noexcept {
+        const double rate2 = std::max(rate2_, squared(prior.slowest)) * squared(settings.max_growth_rate);
+        const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - h.response);
+        return std::min(rate2 * h.since * std::min(h.since, prior.lasting) + by_speed * by_speed,
+                        settings.cap * settings.cap);
     }
 
-    // mu², of a growth at max-growth-rate in a time, in which it may change its direction.
-    static double of_fastest2(double time, const Settings& settings) noexcept {
-        return squared(settings.max_growth_rate) * time * std::min(time, prior.lasting);
-    }
-
-    // How far contacts scatter, and how fast the machine grows unexpectedly. Contacts of one part differ by
-    // their scatter, as nothing grows so fast. Where parts have one contact, it scatters about what is
-    // expected.
-    void learn_past(const Candidate& best, const Reading& r, const Settings& settings) noexcept {
+    // How far contacts scatter about what is expected, and how fast the machine grows unexpectedly.
+    void learn_past(const Candidate& best, const Reading& r, double noise2,
+                    const Settings& settings) noexcept {
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
-        const Hypothesis& h = at(best.parent);
-        const OfWork its = of_work(h, r, settings);
-        const double error2 = squared(its.error), reference2 = h.model.expected(r.its()).variance;
-        Shown now{r.cycle, h.model.growth() + its.error, squared(r.noise),
-                  std::max(0.0, reference2 - squared(h.model.sigma()))};
-        now.alone = now.part != shown_.part;
-        if (now.alone && shown_.alone)
-            learn_scatter(error2, squared(r.noise), reference2 + best.fast, settings);
-        if (!now.alone)
-            learn_scatter(squared(now.growth - shown_.growth) / 2, (now.noise2 + shown_.noise2) / 2,
-                          (now.reference2 + shown_.reference2) / 2, settings);
+        const Expected expected = at(best.parent).model.expected(r.its());
+        const double variance = expected.variance + noise2, error = r.growth - expected.mean;
+        learn_scatter(error * error, variance + best.fast, settings);
+        const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
+        const double part = std::max(prior.memory, 1 / (prior.first + ++compared_));
+        consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
         if (best.answer != Answer::work) return;
-        shown_ = now;
-        if (h.part != r.cycle) {
-            const double fastest2 = std::max(of_fastest2(h.since, settings), 1e-12);
-            const double seen = std::min((error2 - its.variance) / fastest2, 1.0);
-            unforeseen2_ += std::max(prior.memory, 1 / (prior.first + ++parts_)) * (seen - unforeseen2_);
-        }
-        rate2_.see(error2, of_fastest2(h.since, settings), its.variance, squared(prior.slowest));
+        const double its = at(best.parent).since, since = std::max(its, prior.shortest);
+        const double of_fastest =
+            std::max(squared(settings.max_growth_rate) * since * std::min(since, prior.lasting), 1e-12);
+        // Where noise hides a growth of the settled rate, the rate stays as it was expected.
+        const double noise = consistency_ * variance / of_fastest, settled = squared(prior.settled_rate);
+        const double shows = 1 / (1 + squared(noise / settled));
+        const double excess = std::clamp(error * error / of_fastest - noise, -1.0, 1.0);
+        const double seen = shows * excess + (1 - shows) * settled;
+        rate2_ += prior.memory * std::min(its / prior.shortest, 1.0) * (seen - rate2_);
+        rate2_ = std::max(rate2_, 0.0);
     }
 
-    void learn_scatter(double error2, double noise2, double rest, const Settings& settings) noexcept {
-        const double seat2 = squared(settings.between.repeatability);
-        scatter2_.see(error2, noise2 + seat2, rest, 1);
-        seats2_.see(error2, seat2, rest + noise2, 1);
+    // The square of an error, and the variance expected of it, mu². The more of that is of the load, the
+    // growth and the reference, the less the error shows of seats and blanks.
+    void learn_scatter(double error2, double variance, const Settings& settings) noexcept {
+        const double least2 = squared(settings.between.repeatability), known2 = scatter2(settings);
+        const double rest = variance - least2, shows = squared(known2 / (known2 + rest));
+        const double part = std::max(prior.memory, 1 / (prior.rough_contacts + compared_ + 1));
+        const double seen2 = std::min(error2 - rest, prior.widest * known2);
+        scatter_ = std::sqrt(std::max(known2 + shows * part * (seen2 - known2), least2) / least2);
     }
-
-    // mu², of a growth since the last contact that is not foreseen.
-    double unforeseen2(const Settings& settings) const noexcept {
-        return known_ ? std::max(0.0, unforeseen2_) * of_fastest2(at(0).since, settings) : 0;
+    double scatter2(const Settings& settings) const noexcept {
+        return squared(scatter_ * settings.between.repeatability);
     }
 
     // Variance of an error that all references share, beyond that of their sigmas, mu².
@@ -437,6 +376,8 @@ private:
             (prior.first + squares - sum * sum / weights) / (prior.first + count - 1);  // found to expected
         return std::max(ratio - 1, 0.0) / weights;
     }
+
+    static double squared(double x) noexcept { return x * x; }
 
     // The heaviest candidates become the hypotheses, the heaviest of all the first one.
     void live_on(const std::array<Candidate, most * answers>& candidates, const Reading& r,
@@ -473,7 +414,7 @@ private:
 
     void suppose(Hypothesis& h, const Candidate& c, const Reading& r, const Settings& settings) noexcept {
         if (c.answer == Answer::outlier) return;
-        const double shift2 = squared(prior.shift * settings.cap);
+        const double shift2 = settings.cap * settings.cap / 4;
         if (c.answer == Answer::tool) {
             h.model.change([&](SpeedDrivenGrowth& its) { its.shift(r.of_tool, r.reference_sigma, shift2); });
             h.of_tool |= r.of_tool;
@@ -489,9 +430,10 @@ private:
         }
         if (c.answer == Answer::work)
             h.model.change([&](SpeedDrivenGrowth& its) { its.forget_bias(c.fast); });
-        h.model.correct(r.growth, std::sqrt(noise2(r, settings) - squared(settings.between.repeatability)),
-                        r.its(), true, settings.between);
-        h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge, r.feed) : h.held, r.cycle);
+        const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
+                                                                          settings.between.repeatability);
+        h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);
+        h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge, r.feed) : h.held);
     }
 
     static double displaced(const Hypothesis& h, std::int32_t gauge, double feed) noexcept {
@@ -520,7 +462,7 @@ private:
         for (std::int32_t i = 0; i < alive_; ++i)
             if (at(i).all == best.all && at(i).late == best.late && at(i).of_tool == best.of_tool)
                 weight += at(i).weight;
-        const bool likely = (best.all || best.late || best.of_tool != 0) && weight > prior.likely;
+        const bool likely = (best.all || best.late || best.of_tool != 0) && weight > 0.4;
         if (!likely) shifted_in_ = -1;
         if (likely && shifted_in_ < 0) shifted_in_ = cycle;
         const bool shifted =
@@ -547,7 +489,7 @@ private:
             variance += at(i).weight * own * own;
             away += at(i).weight * std::abs(growth[i] - growth_);
         }
-        sigma_ = std::hypot(std::sqrt(variance), of_mean_deviation * away);
+        sigma_ = std::hypot(std::sqrt(consistency_ * variance), of_mean_deviation * away);
     }
 
     double median(const std::array<double, most>& growth) const noexcept {
@@ -573,17 +515,12 @@ private:
     double growth_ = 0, sigma_ = 0;
     double fastest_ = 0;  // mu/s, signed feed
     double held_ = 0, held_sigma_ = 0;
+    double consistency_ = 1;
+    double scatter_ = prior.rough;  // of seats and blanks, as a part of contact-repeatability
     std::array<double, ContactReferences::capacity> reference_sigmas_{};  // mu; 0 before the first contact
-    // What this machine's own past has shown: the variance of contacts as a part of that by load and
-    // contact-repeatability, of seats and blanks as a part of that by contact-repeatability, and the square
-    // of the rate of growth that the model does not describe as a part of that of max-growth-rate.
-    static constexpr Learned rough{prior.rough * prior.rough, prior.rough_contacts, 0};
-    static constexpr Learned settled{prior.settled_rate * prior.settled_rate, prior.settled_contacts,
-                                     prior.settled_contacts};
-    Shown shown_;
-    double unforeseen2_ = 0;  // square of a rate, as a part of max-growth-rate
-    std::int32_t parts_ = 0;  // that it rests on
-    Learned scatter2_ = rough, seats2_ = rough, rate2_ = settled;
+    std::int32_t compared_ = 0;                                           // contacts in the consistency
+    // Square of the rate of growth that the model does not describe, as a part of max-growth-rate.
+    double rate2_ = prior.settled_rate * prior.settled_rate;
     std::int32_t accepted_ = 0;  // contacts since nothing was known
 };
 

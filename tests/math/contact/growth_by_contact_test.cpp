@@ -523,7 +523,6 @@ TEST(GrowthByContact, AnEventShortlyBeforeTheContactIsNotLearnt) {
 // It comes after learning: such a contact is rejected, and moves nothing.
 TEST(GrowthByContact, AContactAtWhichTheLoadRisesTwiceIsRejected) {
     Shop shop = settled(Method::coordinate, 0.2);
-    for (int n = 0; n < 20; ++n) shop.cycle(10 * um);
     const double before = shop.measured.authority().offset();
     double load = 0;
     shop.tamper = [&](Milling::Sample& s) {
