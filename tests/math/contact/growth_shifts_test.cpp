@@ -134,6 +134,27 @@ TEST(GrowthShifts, AShiftThatGrowthCannotMakeIsAskedAboutAndMovesNothing) {
         }
 }
 
+// A machine that warms up fast has shown its estimator little else, and one gauge has no other beside it.
+TEST(GrowthShifts, AShiftInTheFirstHourIsAskedAboutOnAFastMachineToo) {
+    const std::vector<GrowthShop::Gauge> one_gauge{{1, 0.7 * um}};
+    for (const double size : {12 * um, 50 * um})
+        for (const auto& gauges : {one_gauge, one_tool, two_tools})
+            for (const double distance : {30 * um, -25 * um, 50 * um}) {
+                Score score;
+                for (int seed = 1; seed <= machines; ++seed) {
+                    GrowthShop shop = shop_with(gauges);
+                    const double begin = 1800 + 300 * (seed % 5);
+                    shop.shift = [=](double t, std::size_t) { return t >= begin ? distance : 0.0; };
+                    const auto growth = std::make_unique<GrowthFromContacts>();
+                    score.add(shop.run(drawn_growth(seed, size, seed % 2, 2), 2, seed, *growth), begin);
+                }
+                EXPECT_GE(score.asked, (size > 40 * um ? 0.8 : 0.9) * score.cuts)
+                    << size << ' ' << gauges.size() << ' ' << distance;
+                EXPECT_EQ(score.worse, 0) << size << ' ' << gauges.size() << ' ' << distance;
+                EXPECT_LT(score.with, score.without) << size << ' ' << gauges.size() << ' ' << distance;
+            }
+}
+
 // A spindle that grows by 20 um at once: no estimator can distinguish that from other work. It is asked
 // about, and corrected once the operator has answered.
 TEST(GrowthShifts, AStepThatTheOperatorCallsGrowthIsCorrected) {
