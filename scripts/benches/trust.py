@@ -438,8 +438,9 @@ def main():
     add_place(parser)
     add_output(parser, "trust")
     options = parser.parse_args()
-    if options.events and options.plant == 2:
-        parser.error("--events changes the mill of the first structure: it does not go with --plant 2")
+    for name in ("attacks", "events", "days"):
+        if getattr(options, name) and options.plant == 2:
+            parser.error(f"--{name} changes the mill of the first structure: it does not go with --plant 2")
     with errors_reported():
         make_writable(options.output)
         if options.attacks:

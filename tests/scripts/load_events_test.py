@@ -39,10 +39,13 @@ class Table(unittest.TestCase):
         self.assertRegex(lines[3], r" 1 of 1 +12\.0 +33\.0 +67% +5\.0 +10\.0 +33% ")
 
     def test_the_second_structure_is_refused_and_not_left_out(self):
-        said = io.StringIO()
-        with unittest.mock.patch("sys.argv", ["trust", "--events", "--plant", "2", "--seeds", "1", "--for", "600", "--output", self.enterContext(tempfile.TemporaryDirectory())]), contextlib.redirect_stderr(said):
-            self.assertRaises(SystemExit, trust.main)
-        self.assertIn("--plant 2", said.getvalue())
+        for option in (["--events", "--seeds", "1", "--for", "600"], ["--attacks"], ["--days", "1"]):
+            said, folder = io.StringIO(), self.enterContext(tempfile.TemporaryDirectory())
+            arguments = ["trust", *option, "--plant", "2", "--output", folder]
+            with self.subTest(option[0]), unittest.mock.patch("sys.argv", arguments), contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+                with unittest.mock.patch("trust.simulate_all", side_effect=AssertionError("it runs")):
+                    self.assertRaises(SystemExit, trust.main)
+                self.assertIn(option[0] + " changes the mill of the first structure", said.getvalue())
 
     def test_names_are_unique(self):
         self.assertEqual(len({event.name for event in EVENTS}), len(EVENTS))
