@@ -135,8 +135,8 @@ public:
     double error_of(std::int32_t gauge) const noexcept {
         return mean([&](const SpeedDrivenGrowth& filter) { return filter.error_of(gauge); });
     }
-    double largest_gain() const noexcept {
-        return mean([](const SpeedDrivenGrowth& filter) { return filter.largest_gain(); });
+    double effect() const noexcept {
+        return mean([](const SpeedDrivenGrowth& filter) { return filter.effect(); });
     }
     double fastest_response() const noexcept { return filters_.front().driven(); }
 

@@ -18,14 +18,14 @@ enum class Shift : std::int32_t { none, all, only_tool, one_tool, by_feed };
 // What is expected of any machine, before its contacts.
 struct ContactPriors {
     double outlier = 0.005;       // of a contact: a chip or odd blank in 200
-    double tool = 0.0005;         // of a contact: a tool that was changed or measured, once in 2000
-    double all = 0.0005;          // of a contact: other work, zero, setter or drive, once in 2000
-    double delay = 0.0005;        // of a contact: another delay of the load, once in 2000
+    double tool = 0.0003;         // of a contact: a tool that was changed or measured, once in 3000
+    double all = 0.0003;          // of a contact: other work, zero, setter or drive, once in 3000
+    double delay = 0.0003;        // of a contact: another delay of the load, once in 3000
     double largest_delay = 0.02;  // s, standard deviation of that
     double fast = 0.1;            // of a contact: growth that the model does not describe
     double settled_rate = 0.05;   // of max-growth-rate: a machine of which no past is known
+    double settled_contacts = 3;  // that this counts for: a machine shows soon how lively it is
     double slowest = 0.01;        // of max-growth-rate: no machine is quieter than that
-    double shortest = 60;         // s, in which a growth shows
     double lasting = 300;         // s, for which it keeps its direction
     double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one
     double memory = 0.05;         // weight of a new contact in the mean: of twenty contacts
@@ -45,10 +45,12 @@ struct ContactPriors {
 //     all       all gauges have shifted alike
 //     delay     all gauges have shifted by their feed: only contacts at two feeds can show it
 //
-// A hypothesis is a sequence of such answers: a copy of the filters with the shifts that it supposes, and
-// its weight (D. B. Reid, IEEE Trans. Automatic Control 24, 1979). Each contact splits each hypothesis in
-// five. The `most` heaviest live on, unless they are lighter than `lightest` of the heaviest. The growth is
-// their weighted median, which makes the expected error smallest; a shift is never in it.
+// A hypothesis is a sequence of such answers: a copy of the filters with the shifts that it supposes, the
+// rate at which the machine has grown unforeseen by them, and its weight (D. B. Reid, IEEE Trans. Automatic
+// Control 24, 1979). So what follows a jump shows what it was: where it was growth, others are likely to
+// follow. Each contact splits each hypothesis in five. The `most` heaviest live on, unless they are lighter
+// than `lightest` of the heaviest. The growth is their weighted median, which makes the expected error
+// smallest; a shift is never in it.
 //
 // An event of the program moves with the offset. In closed loop the offset follows the growth, so only a
 // contact of a cycle whose offset is displaced on purpose can show it: then its gauge is withdrawn.
@@ -136,7 +138,7 @@ public:
         consistency_ = 1;
         scatter_ = prior.rough;
         compared_ = 0;
-        rate2_ = squared(prior.settled_rate);
+        at(0).unforeseen = {};
         claimed_ = false;
         accepted_ = 0;
     }
@@ -231,8 +233,33 @@ private:
 
     static constexpr ContactPriors prior{};
 
+    static constexpr double squared(double x) noexcept { return x * x; }
+
+    // Growth that the model does not describe, in a time in which it may change its direction.
+    struct Unforeseen {
+        double rate2 = squared(prior.settled_rate);  // square, as a part of max-growth-rate
+        double contacts = prior.settled_contacts;    // that it rests on
+
+        static double of_fastest(double time, const Settings& settings) noexcept {  // mu²
+            return squared(settings.max_growth_rate) * time * std::min(time, prior.lasting);
+        }
+        double variance(double time, const Settings& settings) const noexcept {  // mu²
+            return rate2 * of_fastest(time, settings);
+        }
+        // The square of an error, and the variance expected of it by all else, mu². The more of it that is,
+        // the less the error shows.
+        void see(double error2, double rest, double time, const Settings& settings) noexcept {
+            const double shows = squared(1 / (1 + rest / variance(time, settings)));
+            contacts = std::min(contacts + shows, 1 / prior.memory);
+            const double seen = (error2 - rest) / std::max(of_fastest(time, settings), 1e-12);
+            rate2 += shows / contacts * (std::min(seen, prior.widest * rate2) - rate2);
+            rate2 = std::max(rate2, squared(prior.slowest));
+        }
+    };
+
     struct Hypothesis {
         GrowthBetweenContacts model;
+        Unforeseen unforeseen;
         double weight = 1;
         bool all = false;           // all gauges have shifted
         bool alone = false;         // ... of the only tool
@@ -257,7 +284,7 @@ private:
         double weight = -1e300;  // logarithm
         std::int32_t parent = 0;
         Answer answer = Answer::work;
-        double fast = 0;  // mu², of a growth that the model does not describe
+        double error = 0, variance = 0, fast = 0;  // mu, mu²; of a growth that the model does not describe
     };
 
     Hypothesis& at(std::int32_t i) noexcept { return set_[order_[i]]; }  // 0 is the heaviest
@@ -301,7 +328,8 @@ private:
         const double outlier = likelihood(error, variance + settings.cap * settings.cap);
         const double none = 1 - prior.outlier - prior.tool - prior.all - prior.delay;
         const auto candidate = [&](Answer answer, double p) {
-            return Candidate{std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, 0};
+            return Candidate{
+                std::log(h.weight) + std::log(std::max(p, 1e-300)), i, answer, error, variance, 0};
         };
         const double grown = r.growth - displaced(h, r.gauge, r.feed);
         const double gate = std::clamp(settings.max_growth_rate * h.since, settings.floor, settings.cap);
@@ -317,13 +345,11 @@ private:
     // Since the last accepted contact a growth may have come that the model does not describe: slowly, and by
     // a change of speed as much as the whole effect of that.
     double fast_variance(const Hypothesis& h, const Settings& settings) const noexcept {
-        const double rate2 = std::max(rate2_, squared(prior.slowest)) * squared(settings.max_growth_rate);
-        const double by_speed = h.model.largest_gain() * (h.model.fastest_response() - h.response);
-        return std::min(rate2 * h.since * std::min(h.since, prior.lasting) + by_speed * by_speed,
-                        settings.cap * settings.cap);
+        const double by_speed = h.model.effect() * (h.model.fastest_response() - h.response);
+        return std::min(h.unforeseen.variance(h.since, settings) + squared(by_speed), squared(settings.cap));
     }
 
-    // How far contacts scatter about what is expected, and how fast the machine grows unexpectedly.
+    // How far contacts scatter about what is expected.
     void learn_past(const Candidate& best, const Reading& r, double noise2,
                     const Settings& settings) noexcept {
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
@@ -333,17 +359,6 @@ private:
         const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
         const double part = std::max(prior.memory, 1 / (prior.first + ++compared_));
         consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
-        if (best.answer != Answer::work) return;
-        const double its = at(best.parent).since, since = std::max(its, prior.shortest);
-        const double of_fastest =
-            std::max(squared(settings.max_growth_rate) * since * std::min(since, prior.lasting), 1e-12);
-        // Where noise hides a growth of the settled rate, the rate stays as it was expected.
-        const double noise = consistency_ * variance / of_fastest, settled = squared(prior.settled_rate);
-        const double shows = 1 / (1 + squared(noise / settled));
-        const double excess = std::clamp(error * error / of_fastest - noise, -1.0, 1.0);
-        const double seen = shows * excess + (1 - shows) * settled;
-        rate2_ += prior.memory * std::min(its / prior.shortest, 1.0) * (seen - rate2_);
-        rate2_ = std::max(rate2_, 0.0);
     }
 
     // The square of an error, and the variance expected of it, mu². The more of that is of the load, the
@@ -376,8 +391,6 @@ private:
             (prior.first + squares - sum * sum / weights) / (prior.first + count - 1);  // found to expected
         return std::max(ratio - 1, 0.0) / weights;
     }
-
-    static double squared(double x) noexcept { return x * x; }
 
     // The heaviest candidates become the hypotheses, the heaviest of all the first one.
     void live_on(const std::array<Candidate, most * answers>& candidates, const Reading& r,
@@ -428,8 +441,10 @@ private:
             h.model.change([](SpeedDrivenGrowth& its) { its.delay_all(squared(prior.largest_delay)); });
             h.late = true;
         }
-        if (c.answer == Answer::work)
+        if (c.answer == Answer::work) {
+            if (known_) h.unforeseen.see(squared(c.error), c.variance, h.since, settings);
             h.model.change([&](SpeedDrivenGrowth& its) { its.forget_bias(c.fast); });
+        }
         const double more = (consistency_ - 1) * (r.noise * r.noise + settings.between.repeatability *
                                                                           settings.between.repeatability);
         h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);
@@ -519,9 +534,7 @@ private:
     double scatter_ = prior.rough;  // of seats and blanks, as a part of contact-repeatability
     std::array<double, ContactReferences::capacity> reference_sigmas_{};  // mu; 0 before the first contact
     std::int32_t compared_ = 0;                                           // contacts in the consistency
-    // Square of the rate of growth that the model does not describe, as a part of max-growth-rate.
-    double rate2_ = prior.settled_rate * prior.settled_rate;
-    std::int32_t accepted_ = 0;  // contacts since nothing was known
+    std::int32_t accepted_ = 0;                                           // contacts since nothing was known
 };
 
 }  // namespace plumb

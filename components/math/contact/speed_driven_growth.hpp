@@ -21,8 +21,6 @@ namespace plumb {
 // state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960): b and K wander, s, l and the r_i stand,
 // and contacts correct each by its uncertainty. So many contacts of one gauge do not make the growth more
 // certain than its reference is.
-//
-// Where the drive is above all at which contacts came, K is half unknown: a spindle may saturate there.
 class SpeedDrivenGrowth {
 public:
     // Standard deviations at the start, and the mean of K; lengths in mu.
@@ -37,7 +35,6 @@ public:
         constexpr double start_bias = 2, start_heat = 2.0 / 3;
         const auto squared = [](double x) { return x * x; };
         renew_gauges();
-        seen_ = 0;
         std::fill_n(state_.begin(), states, 0);
         state_[gain] = prior.growth;
         most_ = {squared(start_bias * prior.growth),
@@ -108,8 +105,6 @@ public:
     double correct(double z, double variance) noexcept { return correct(z, variance, Gauge()); }
 
     double correct(double z, double variance, const Gauge& gauge) noexcept {
-        covariance_[bias][bias] += beyond() * beyond();
-        seen_ = std::max(seen_, row_[gain]);
         const std::int32_t slot = introduce(gauge);
         const Row seen = row_of_contact(gauge);
         All doubt;
@@ -194,18 +189,14 @@ public:
         row_ = other.row_;
         most_ = other.most_;
         wander_ = other.wander_;
-        seen_ = other.seen_;
         tau_ = other.tau_;
         dt_ = other.dt_;
         part_ = other.part_;
         return *this;
     }
 
-    double driven() const noexcept { return row_[gain]; }  // x
-    // |K| and a standard deviation of it, in mu.
-    double largest_gain() const noexcept {
-        return std::abs(state_[gain]) + std::sqrt(covariance_[gain][gain]);
-    }
+    double driven() const noexcept { return row_[gain]; }                    // x
+    double effect() const noexcept { return std::abs(state_[gain]); }        // mu, |K|
     double growth() const noexcept { return dot(state_, row_, of_growth); }  // mu
     double variance() const noexcept { return variance(row_, of_growth); }   // mu²
 
@@ -229,7 +220,7 @@ private:
     }
 
     double variance(const Row& row, std::size_t count = states) const noexcept {
-        double sum = beyond() * beyond();
+        double sum = 0;
         for (std::size_t i = 0; i < count; ++i) sum += row[i] * dot(covariance_[i], row, count);
         return sum;
     }
@@ -240,9 +231,6 @@ private:
         for (std::size_t i = 0; i < count; ++i) sum += a[i] * b[i];
         return sum;
     }
-
-    // Standard deviation of the growth that a drive beyond all contacts brings.
-    double beyond() const noexcept { return 0.5 * state_[gain] * std::max(0.0, row_[gain] - seen_); }
 
     std::int32_t slot_of(const Gauge& gauge) const noexcept {
         return gauge.number >= 0 && gauge.number < most_gauges ? slots_[gauge.number] : -1;
@@ -266,7 +254,6 @@ private:
     std::array<std::int8_t, most_gauges> slots_{};  // of each gauge in the state; -1 before its first contact
     std::size_t used_ = states;
     Row row_{}, most_{}, wander_{};
-    double seen_ = 0;                     // largest x of a contact
     double tau_ = 0, dt_ = 0, part_ = 0;  // the last one, which costs most
 };
 

@@ -67,14 +67,14 @@ Shop learnt(Method method = Method::coordinate) {
     return shop;
 }
 
-// It has grown by 10 um, over three parts, and does not grow by more than a spindle can.
-Shop settled(Method method, double noise = 0) {
+// It has grown by 10 um, and does not grow by more than a spindle can.
+Shop settled(Method method, double noise = 0, int parts = 3) {
     Shop shop;
     shop.mill.noise = noise;
     shop.used = settings(method);
     shop.used.growth.between.unexplained_growth = 6 * um;
     shop.learn();
-    for (int n = 1; n <= 3; ++n) shop.cycle(n == 1 ? 3 * um : n == 2 ? 7 * um : 10 * um);
+    for (int n = 1; n <= parts; ++n) shop.cycle(10 * um * n / parts);
     return shop;
 }
 
@@ -544,7 +544,7 @@ TEST(GrowthByContact, AContactAtWhichTheLoadRisesTwiceIsRejected) {
 TEST(GrowthByContact, AnotherFilterOfTheDriveShiftsNothing) {
     for (const double lag : {0.015, 0.02, 0.024, 0.03, 0.036, 0.045, 0.06}) {
         SCOPED_TRACE(lag);
-        Shop shop = settled(Method::coordinate, 0.2);
+        Shop shop = settled(Method::coordinate, 0.2, 8);
         shop.used.growth.between.by_speed = true;
         for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
         shop.mill.lag = lag;
@@ -609,7 +609,7 @@ TEST(GrowthByContact, AnotherLatencyOfTheLoadIsNamedAtTwoFeeds) {
 TEST(GrowthByContact, AResonanceThatComesLaterShiftsLittleOrIsAskedAbout) {
     for (const double frequency : {25.0, 50.0, 100.0, 250.0})
         for (const double quality : {1.0, 2.0, 4.0}) {
-            Shop shop = settled(Method::coordinate, 0.2);
+            Shop shop = settled(Method::coordinate, 0.2, 8);
             shop.used.growth.between.by_speed = true;
             for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
             double load = 0, rate = 0;

@@ -211,6 +211,24 @@ TEST(GrowthEstimator, AMachineThatOftenGrowsFastIsAskedLess) {
     EXPECT_EQ(lively.estimator.shift(), Shift::none);
 }
 
+// A jump is asked about. Those that follow show that the machine is a lively one: the first was growth, too.
+TEST(GrowthEstimator, JumpsThatFollowAnswerTheQuestionOfTheFirst) {
+    for (const bool lively : {false, true}) {
+        Machine machine;
+        const auto part = [&](double growth) {
+            machine.step(240);
+            machine.cycles(1, growth, growth, growth);
+        };
+        for (int n = 0; n < 4; ++n) part(0);
+        for (int n = 0; n < 2; ++n) part(14 * um);
+        EXPECT_EQ(machine.estimator.shift(), Shift::all);
+        for (int n = 0; n < 8; ++n) part((lively && n % 2 == 0 ? 0 : 14) * um);
+        EXPECT_EQ(machine.estimator.shift(), lively ? Shift::none : Shift::all);
+        EXPECT_NEAR(machine.estimator.growth(), lively ? 14 * um : 0, 1 * um);
+        if (lively) EXPECT_LT(machine.estimator.sigma(), 3 * um);
+    }
+}
+
 TEST(GrowthEstimator, AChipShiftsNothing) {
     Machine machine;
     machine.begin();
