@@ -112,7 +112,7 @@ public:
 
     // A contact of a learning cycle. `first`: of a new reference, to which the growth counts from now on.
     void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
-        alive_ = 1;
+        keep_heaviest();
         at(0).model.correct(growth, sigma, {}, !first, settings.between);
         at(0).hold(growth);
         accepted_ = 0;
@@ -121,7 +121,7 @@ public:
 
     // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
-        alive_ = 1;
+        keep_heaviest();
         at(0).model.change([](SpeedDrivenGrowth& its) { its.renew_gauges(); });
         at(0).forget_shifts();
         shift_ = Shift::none;
@@ -192,14 +192,14 @@ public:
     // corrected by displaced().
     void shift_is_growth() noexcept {
         if (shift_ == Shift::none) return;
-        alive_ = 1;
+        keep_heaviest();
         at(0).hold(at(0).held + at(0).model.shift_of_all(fastest_));
         at(0).model.change([&](SpeedDrivenGrowth& its) { its.take_shift_as_growth(fastest_); });
         at(0).forget_shifts();
         finish(true);
     }
     void shift_is_corrected() noexcept {
-        alive_ = 1;
+        keep_heaviest();
         at(0).model.change([&](SpeedDrivenGrowth& its) {
             its.forget_errors(at(0).of_tool);
             its.forget_shift();
@@ -449,6 +449,11 @@ private:
                                                                           settings.between.repeatability);
         h.model.correct(r.growth, std::sqrt(r.noise * r.noise + more), r.its(), true, settings.between);
         h.hold(c.answer == Answer::work ? r.growth - displaced(h, r.gauge, r.feed) : h.held);
+    }
+
+    void keep_heaviest() noexcept {
+        alive_ = 1;
+        at(0).weight = 1;
     }
 
     static double displaced(const Hypothesis& h, std::int32_t gauge, double feed) noexcept {

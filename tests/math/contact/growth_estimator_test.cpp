@@ -114,12 +114,14 @@ TEST(GrowthEstimator, TheAnswersToAShift) {
     growth.estimator.shift_is_growth();
     EXPECT_EQ(growth.estimator.shift(), Shift::none);
     EXPECT_NEAR(growth.estimator.growth(), 20 * um, 1 * um);
+    EXPECT_EQ(growth.estimator.possible()[0].weight, 1);
     growth.cycles(2, 20 * um, 20 * um, 20 * um);
     EXPECT_EQ(growth.estimator.shift(), Shift::none);
     EXPECT_NEAR(growth.estimator.growth(), 20 * um, 1 * um);
     EXPECT_NEAR(other.estimator.displaced(0, -1.6), 20 * um, 1 * um);
     other.estimator.shift_is_corrected();
     EXPECT_EQ(other.estimator.shift(), Shift::none);
+    EXPECT_EQ(other.estimator.possible()[0].weight, 1);
     other.cycles(2, 0, 0, 0);  // against references that were corrected
     EXPECT_EQ(other.estimator.shift(), Shift::none);
     EXPECT_NEAR(other.estimator.growth(), 0, 1 * um);
