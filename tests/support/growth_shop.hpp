@@ -7,6 +7,8 @@
 #include "components/math/blocks/random.hpp"
 #include "components/math/contact/growth_from_contacts.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -55,6 +57,47 @@ inline GrowthTruth drawn_growth(std::uint64_t seed, double size, bool two_states
         };
     };
     return {at(growth), at(speed)};
+}
+
+// A drawn machine that grows by `size` at its largest: parts of either sign with lags from one minute to two
+// and a half hours, coolant that comes and goes, and a walk that nothing explains.
+inline GrowthTruth many_lags_growth(std::uint64_t seed, double size, double hours) {
+    struct Part {
+        double lag, share, exponent, state = 0;
+    };
+    Random random(seed, 9);
+    const auto steps = static_cast<std::size_t>(hours * 3600) + 1;
+    auto growth = std::make_shared<std::vector<double>>(), speed = std::make_shared<std::vector<double>>();
+    std::array<Part, 3> parts{};
+    for (Part& part : parts)
+        part = {60 * std::pow(150, random.uniform()), random.uniform(-0.4, 1), random.uniform(1, 2)};
+    Part coolant{random.uniform(200, 900), random.uniform(-0.2, 0.1), 0};
+    const double walk = random.uniform(0, 0.1) / 60;  // of the size, in a second
+    double n = 0, wet = 0, n_until = 0, wet_until = 0, walked = 0, largest = 0;
+    for (std::size_t step = 0; step < steps; ++step) {
+        const auto t = static_cast<double>(step);
+        if (t >= n_until) {
+            n = random.uniform() < 0.1 && t > 0 ? 0 : random.uniform(1000, 10000);
+            n_until = t + random.uniform(600, 7200);
+        }
+        if (t >= wet_until) {
+            wet = random.index(2);
+            wet_until = t + random.uniform(1800, 9000);
+        }
+        for (Part& part : parts)
+            part.state += (part.share * std::pow(n / 8000, part.exponent) - part.state) / part.lag;
+        coolant.state += (wet * coolant.share - coolant.state) / coolant.lag;
+        walked += walk * random.gaussian();
+        const double now = parts[0].state + parts[1].state + parts[2].state + coolant.state + walked;
+        growth->push_back(now);
+        speed->push_back(n);
+        largest = std::max(largest, std::abs(now - growth->front()));
+    }
+    const double scale = size / std::max(largest, 1e-9);
+    const auto at = [steps](const auto& list, double t) {
+        return (*list)[std::min(steps - 1, static_cast<std::size_t>(std::max(t, 0.0)))];
+    };
+    return {[=](double t) { return scale * at(growth, t); }, [=](double t) { return at(speed, t); }};
 }
 
 struct GrowthShop {

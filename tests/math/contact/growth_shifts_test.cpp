@@ -74,6 +74,25 @@ TEST(GrowthShifts, HealthyMachinesAreCorrectedAndNotAccused) {
             }
 }
 
+// A structure that no prior was chosen for. A machine that changes its growth by 30 um in five minutes is
+// asked.
+TEST(GrowthShifts, MachinesOfManyLagsAreCorrectedAndRarelyAsked) {
+    for (const double size : {5 * um, 12 * um, 50 * um})
+        for (const auto& gauges : {one_tool, two_tools}) {
+            Score score;
+            for (int seed = 1; seed <= machines; ++seed) {
+                GrowthShop shop = shop_with(gauges);
+                const auto growth = std::make_unique<GrowthFromContacts>();
+                score.add(shop.run(many_lags_growth(seed, size, 4), 4, seed, *growth));
+            }
+            EXPECT_LT(score.with, score.without) << size;
+            EXPECT_LE(score.asked, (size > 40 * um ? 0.05 : 0) * score.cuts) << size;
+            EXPECT_LE(score.told, (size > 40 * um ? 0.1 : 0.02) * score.cuts) << size;
+            EXPECT_LE(score.silent, 0.002 * score.cuts) << size;
+            EXPECT_GE(score.within, 0.85 * score.cuts) << size;
+        }
+}
+
 // A chiller holds the spindle within a micrometre, or cools it too much, or a column takes its growth back
 // half an hour later. Its speed says that it should have grown.
 TEST(GrowthShifts, ChilledSpindlesAndOpposedGrowthsAreNotAccused) {
