@@ -21,19 +21,22 @@ struct ContactPriors {
     double tool = 0.0003;         // of a contact: a tool that was changed or measured, once in 3000
     double all = 0.0003;          // of a contact: other work, zero, setter or drive, once in 3000
     double delay = 0.0003;        // of a contact: another delay of the load, once in 3000
-    double largest_delay = 0.02;  // s, standard deviation of that
+    double shift = 0.5;           // of gate-cap, standard deviation of a shift: 30 um, a shim or a new insert
+    double largest_delay = 0.02;  // s, standard deviation of a delay: a bus or a filter
     double fast = 0.1;            // of a contact: growth that the model does not describe
-    double settled_rate = 0.05;   // of max-growth-rate: a machine of which no past is known
+    double settled_rate = 0.05;   // of max-growth-rate, without a past: 10 nm/s, 3 um in 5 min
     double settled_contacts = 3;  // that this counts for: a machine shows soon how lively it is
     double slowest = 0.01;        // of max-growth-rate: no machine is quieter than that
-    double lasting = 300;         // s, for which it keeps its direction
-    double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one
+    double lasting = 300;         // s, for which it keeps its direction: half the lag of a spindle
+    double lightest = 1e-5;       // weight of a hypothesis, of the heaviest one: below the rarest answer
     double memory = 0.05;         // weight of a new contact in the mean: of twenty contacts
     double first = 2;             // contacts that the consistency of 1 counts for at the start
-    double widest = 16;           // ratio of variances found and expected
+    double widest = 16;           // ratio of variances: one contact beyond four sigma counts as four
     double rough = 1.5;           // of contact-repeatability: seats and blanks, until contacts show them
-    double rough_contacts = 5;    // contacts that this counts for
+    double rough_contacts = 5;    // contacts that this counts for: two parts
+    double likely = 0.4;          // weight of a shift that is reported
     double decided = 0.9;         // weight of a shift that is reported in the cycle in which it is found
+    double follows = 0.5;         // of a step on purpose: a gauge nearer to it than to rest moves with it
 };
 
 // The growth by contacts of several gauges. What a contact shows is one of
@@ -59,7 +62,7 @@ public:
     struct Settings {
         GrowthBetweenContacts::Settings between;
         double floor = 0.015;             // mu, a third of which is harmless
-        double cap = 0.06;                // mu, standard deviation of an outlier; of a shift half of it
+        double cap = 0.06;                // mu, standard deviation of an outlier
         double max_growth_rate = 0.0002;  // mu/s
     };
 
@@ -94,7 +97,7 @@ public:
     Verdict judge(const Reading& r, const Settings& settings) noexcept {
         if (withdrawn(r.gauge)) return Verdict::withdrawn;
         const Expected expected = at(0).model.expected(r.its());
-        if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < 0.5) {
+        if (std::abs(r.step) > 0 && std::abs((r.growth - expected.mean) / r.step - 1) < prior.follows) {
             withdrawn_ |= bit(r.gauge);
             return Verdict::withdrawn;
         }
@@ -322,7 +325,7 @@ private:
         const double fast2 = fast_variance(h, settings);
         const double slow = (1 - prior.fast) * likelihood(error, variance);
         const double fast = prior.fast * likelihood(error, variance + fast2);
-        const double shift2 = settings.cap * settings.cap / 4;
+        const double shift2 = squared(prior.shift * settings.cap);
         const double of_shift = likelihood(error, variance + shift2);
         const double of_delay = likelihood(error, variance + squared(prior.largest_delay * r.feed));
         const double outlier = likelihood(error, variance + settings.cap * settings.cap);
@@ -427,7 +430,7 @@ private:
 
     void suppose(Hypothesis& h, const Candidate& c, const Reading& r, const Settings& settings) noexcept {
         if (c.answer == Answer::outlier) return;
-        const double shift2 = settings.cap * settings.cap / 4;
+        const double shift2 = squared(prior.shift * settings.cap);
         if (c.answer == Answer::tool) {
             h.model.change([&](SpeedDrivenGrowth& its) { its.shift(r.of_tool, r.reference_sigma, shift2); });
             h.of_tool |= r.of_tool;
@@ -482,7 +485,7 @@ private:
         for (std::int32_t i = 0; i < alive_; ++i)
             if (at(i).all == best.all && at(i).late == best.late && at(i).of_tool == best.of_tool)
                 weight += at(i).weight;
-        const bool likely = (best.all || best.late || best.of_tool != 0) && weight > 0.4;
+        const bool likely = (best.all || best.late || best.of_tool != 0) && weight > prior.likely;
         if (!likely) shifted_in_ = -1;
         if (likely && shifted_in_ < 0) shifted_in_ = cycle;
         const bool shifted =
