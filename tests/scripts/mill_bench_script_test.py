@@ -146,7 +146,7 @@ class Command(unittest.TestCase):
     def test_a_part_is_even_only_if_the_offset_is_constant_in_it(self):
         for options, even in (((), False), (("--constant-in-part",), True)):
             with self.subTest(even=even), tempfile.TemporaryDirectory() as folder:
-                done = run_bench("mill", "--for", "21min", "--output", folder, *options)
+                done = run_bench("mill", "--for", "26min", "--output", folder, *options)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 row = next(line for line in done.stdout.splitlines() if line.startswith("the same, of the offset"))
                 self.assertEqual(row.endswith("0.0 (  0.0%)     0.0 (  0.0%)"), even, row)
