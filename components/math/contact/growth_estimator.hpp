@@ -50,10 +50,10 @@ struct ContactPriors {
 //
 // A hypothesis is a sequence of such answers: a copy of the filters with the shifts that it supposes, the
 // rate at which the machine has grown unforeseen by them, and its weight (D. B. Reid, IEEE Trans. Automatic
-// Control 24, 1979). So what follows a jump shows what it was: where it was growth, others are likely to
-// follow. Each contact splits each hypothesis in five. The `most` heaviest live on, unless they are lighter
-// than `lightest` of the heaviest. The growth is their weighted median, which makes the expected error
-// smallest; a shift is never in it.
+// Control 24, 1979). The next contacts show what a jump was: a machine that has jumped by growth is likely to
+// jump again. Each contact splits each hypothesis in five. The `most` heaviest live on, unless they are
+// lighter than `lightest` of the heaviest. The growth is their weighted median, which makes the expected
+// error smallest; a shift is never in it.
 //
 // An event of the program moves with the offset. In closed loop the offset follows the growth, so only a
 // contact of a cycle whose offset is displaced on purpose can show it: then its gauge is withdrawn.
@@ -311,7 +311,7 @@ private:
         const auto end = candidates.begin() + static_cast<std::ptrdiff_t>(answers) * alive_;
         std::partial_sort(candidates.begin(), std::min(candidates.begin() + most, end), end,
                           [](const Candidate& a, const Candidate& b) { return a.weight > b.weight; });
-        learn_past(candidates[0], r, noise2, settings);
+        learn_past(candidates[0], settings);
         live_on(candidates, r, settings);
         return candidates[0].answer;
     }
@@ -352,14 +352,12 @@ private:
         return std::min(h.unforeseen.variance(h.since, settings) + squared(by_speed), squared(settings.cap));
     }
 
-    // How far contacts scatter about what is expected.
-    void learn_past(const Candidate& best, const Reading& r, double noise2,
-                    const Settings& settings) noexcept {
+    // Each contact shows how far contacts differ from what is expected.
+    void learn_past(const Candidate& best, const Settings& settings) noexcept {
         if (!known_ || (best.answer != Answer::work && best.answer != Answer::outlier)) return;
-        const Expected expected = at(best.parent).model.expected(r.its());
-        const double variance = expected.variance + noise2, error = r.growth - expected.mean;
-        learn_scatter(error * error, variance + best.fast, settings);
-        const double ratio = std::min(error * error / (variance + best.fast), prior.widest);
+        const double error2 = squared(best.error), variance = best.variance / consistency_ + best.fast;
+        learn_scatter(error2, variance, settings);
+        const double ratio = std::min(error2 / variance, prior.widest);
         const double part = std::max(prior.memory, 1 / (prior.first + ++compared_));
         consistency_ = std::clamp(consistency_ + part * (ratio - consistency_), 1.0, prior.widest);
     }

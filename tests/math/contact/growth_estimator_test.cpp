@@ -72,7 +72,7 @@ TEST(GrowthEstimator, ManyContactsOfOneGaugeAreNoMoreCertainThanItsReference) {
         machine.contact(0, 0);
     }
     const double one = machine.estimator.sigma();
-    EXPECT_GT(one, 0.9 * um) << "that of the learning cycle, at least";
+    EXPECT_GT(one, 0.9 * um) << "the growth is no more certain than the learning cycle";
     Machine far;
     far.estimator.forget();
     far.reference_sigma = 10 * um;
@@ -347,8 +347,8 @@ TEST(GrowthEstimator, WithoutAStepOnPurposeNoGaugeIsAccused) {
     EXPECT_EQ(machine.estimator.shift(), Shift::none);
 }
 
-// Seats and blanks of 3 um, where 1 um is expected: contacts of one gauge show it within a day, and those of
-// a poor load do not.
+// Seats and blanks scatter by 3 um, where 1 um is expected. The contacts of one gauge show it within a day.
+// The contacts of a poor load do not show it.
 TEST(GrowthEstimator, LearnsHowMuchSeatsAndBlanksScatter) {
     for (const double noise : {0.3 * um, 12 * um}) {
         std::mt19937 generator(3);
