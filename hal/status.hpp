@@ -66,6 +66,7 @@ enum class Common : std::int32_t {
     stage_limited,
     uncommissioned,
     stage_uncommissioned,
+    leaves,
     late = 16,
     lost = late + services,
     ending = lost + services,
@@ -147,6 +148,9 @@ constexpr Said said(Common status) {
             return {Kind::warn,
                     "Held: a stage of it waits for commissioning, or its wiring has changed since.",
                     "Run plumb commission for this function: it begins with its stages."};
+        case Common::leaves:
+            return {Kind::wait, "Switched off: the offset holds until the tool is clear, and then returns.",
+                    "The next rapid move, tool change or end of the program ends it."};
         default: return said_of_service(status);
     }
 }

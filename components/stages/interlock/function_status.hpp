@@ -10,6 +10,7 @@ namespace plumb {
 // What interlock knows about a function. Services and stages are sums of 1, 2, 4, ...
 struct FunctionSeen {
     bool on = false, suspended = false;                 // by the operator, by the program
+    bool leaves = false;                                // goes off when the tool is clear
     bool uncommissioned = false;                        // and held for that
     std::int32_t stages_uncommissioned = 0;             // of its own
     bool enabled = false, lost = false;                 // as the pins
@@ -30,6 +31,7 @@ constexpr hal::Common status_of(const FunctionSeen& its) {
     using hal::Common;
     const std::int32_t missing = its.lost_services ? its.lost_services : its.late_services;
     if (!its.on) return Common::off;
+    if (its.leaves) return Common::leaves;
     if (its.uncommissioned)
         return its.stages_uncommissioned ? Common::stage_uncommissioned : Common::uncommissioned;
     if (its.lost && its.enabled && missing) return hal::of_service(Common::ending, first_number(missing));

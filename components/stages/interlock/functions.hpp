@@ -21,6 +21,9 @@ struct Functions : hal::Group {
 
     hal::Row<hal::In<bool>, number> is_on{this, "function-switch", false,
                                           "The operator has switched the function on."};
+    hal::Row<hal::In<bool>, number> is_off{this, "function-off", false,
+                                           "Off, whatever function-switch says: for a screen, where a signal "
+                                           "drives function-switch."};
     hal::Row<hal::In<bool>, number> suspend{this, "function-suspend", false,
                                             "The part program suspends the function."};
     hal::Row<hal::In<std::int32_t>, number> needs{
@@ -57,6 +60,7 @@ struct Functions : hal::Group {
     struct Now {
         bool starts;   // a cycle does
         bool probing;  // enables stay as they are
+        bool cuts;     // a program does: the tool is not clear
         // By commissioning, as sums of 1, 2, 4, ...
         std::int32_t held_functions = 0, held_stages = 0;
         std::int32_t tried = 0;  // functions that it holds but for a trial
@@ -66,7 +70,7 @@ struct Functions : hal::Group {
     bool step(const Services& services, const Now& now) noexcept {
         bool good = true;
         any_permitted_ = any_on_ = any_withdrawn_ = any_busy_ = changed_ = false;
-        any_withheld_ = any_suspended_ = false;
+        any_withheld_ = any_suspended_ = any_left_ = false;
         all_enabled_ = true;
         urgent_services_ = 0;
         held_stages_ = now.held_stages;
@@ -75,7 +79,10 @@ struct Functions : hal::Group {
             const bool known = possible(given) && possible(at_once);
             good &= known;
             State& its = its_[i];
-            const bool on = is_on[i], is_busy = busy[i];
+            const bool switched_on = is_on[i] && !is_off[i], is_busy = busy[i];
+            its.leaves = !switched_on && its.on && its.enabled && now.cuts && at_once == 0 && !its.on_trial;
+            const bool on = switched_on || its.leaves;
+            any_left_ |= its.on && !on && its.enabled;
             const bool served = services.are_ok(known ? given : Services::all);
             const bool is_urgent = !known || services.any_lost(at_once);
             const std::int32_t named = its_stages[i];
@@ -124,6 +131,7 @@ struct Functions : hal::Group {
             const State& its = its_[i];
             FunctionSeen seen;
             seen.on = its.on;
+            seen.leaves = its.leaves;
             seen.suspended = its.suspended;
             seen.uncommissioned = its.is_held;
             seen.stages_uncommissioned = held_stages_ & its.stages;
@@ -149,12 +157,14 @@ struct Functions : hal::Group {
     bool any_withdrawn() const noexcept { return any_withdrawn_; }  // by a loss, and not renewed
     std::int32_t urgent_services() const noexcept { return urgent_services_; }  // whose loss holds the feed
     bool all_enabled() const noexcept { return any_on_ && all_enabled_; }       // that are switched on
-    bool changed() const noexcept { return changed_; }                          // an enable, in this period
+    bool any_left() const noexcept { return any_left_; }  // by the operator, in this period
+    bool changed() const noexcept { return changed_; }    // an enable, in this period
 
 private:
     struct State {
         bool on = false, served = false, lost = false, granted = false, withdrawn = false, enabled = false;
         bool suspended = false, is_held = false, on_trial = false;
+        bool leaves = false;                 // goes off when the tool is clear
         std::int32_t needs = 0, stages = 0;  // services, its own stages
     };
 
@@ -163,7 +173,8 @@ private:
     std::array<State, number> its_;
     std::int32_t urgent_services_ = 0, held_stages_ = 0;
     bool any_permitted_ = false, any_on_ = false, any_withdrawn_ = false, any_busy_ = false,
-         all_enabled_ = false, changed_ = false, any_withheld_ = false, any_suspended_ = false;
+         all_enabled_ = false, changed_ = false, any_withheld_ = false, any_suspended_ = false,
+         any_left_ = false;
 };
 
 }  // namespace plumb

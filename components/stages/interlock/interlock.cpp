@@ -118,10 +118,11 @@ struct Interlock final : hal::Component {
         const std::int32_t feed_needs = feed_services;
         const bool good_feed_needs = feed_needs >= 0 && feed_needs <= Services::all;
         const bool running = program_running;
+        const bool cuts = running && type != rapid && type != tool_change;
         const Stages::Now its_stages = stages.read();
         commissioning.step({on, homed, running || cycle, its_stages.in_force}, dt / services.speed());
         const bool good_needs =
-            functions.step(services, {starts, probing, commissioning.held_functions(),
+            functions.step(services, {starts, probing, cuts, commissioning.held_functions(),
                                       commissioning.held_stages(), commissioning.tried_functions()}) &&
             good_feed_needs;
         const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
@@ -129,7 +130,7 @@ struct Interlock final : hal::Component {
         const bool loss = services.any_lost(holding) || ((running || type != 0) && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
         holds_ = !in_order && (holds_ || !functions.any_busy());
-        const Waiting reason = request({probing, homed, loss, type != 0 && speed > 0,
+        const Waiting reason = request({probing, cuts, running, homed, loss, type != 0 && speed > 0,
                                         services.lost_of(holding | functions.urgent_services())},
                                        its_stages, dt);
         waiting = reason;
@@ -161,9 +162,9 @@ struct Interlock final : hal::Component {
     }
 
 private:
-    static constexpr std::int32_t probe = 5;   // motion-type
-    static constexpr double abort_time = 0.1;  // s
-    static constexpr int answer_in = 3;        // periods in which a function or a stage reports its ramp
+    static constexpr std::int32_t rapid = 1, tool_change = 4, probe = 5;  // motion-type
+    static constexpr double abort_time = 0.1;                             // s
+    static constexpr int answer_in = 3;  // periods in which a function or a stage reports its ramp
 
     struct Delays {
         double uncompensated, probing_refused, feed_held;  // s
@@ -175,19 +176,21 @@ private:
     };
 
     struct State {
-        bool probing, homed, loss, moving;
+        bool probing, cuts, running, homed, loss, moving;
         std::int32_t lost_services;  // of those that hold the feed
     };
 
     // Returns what the machine waits for.
     Waiting request(const State& state, const Stages::Now& its, double dt) noexcept {
-        const auto& [probing, homed, loss, moving, lost_services] = state;
-        const bool settles = any(functions.settling), refused = its.probing_refused != 0;
+        const auto& [probing, cuts, running, homed, loss, moving, lost_services] = state;
         const bool function_ramps = any(functions.ramping), ramps = its.ramping != 0 || function_ramps;
         const std::int32_t lacking = its.uncompensated ? first_number(its.uncompensated) : -1;
-        const bool waits = settles || refused || loss || (probing && ramps);
         if (functions.changed() || armed_ != was_armed_) announced_ = answer_in;
         was_armed_ = armed_;
+        returns_ = (returns_ || functions.any_left()) && running && (ramps || announced_ > 0);
+        const bool settles = any(functions.settling) || (returns_ && cuts);
+        const bool refused = its.probing_refused != 0,
+                   waits = settles || refused || loss || (probing && ramps);
 
         ramping = ramps || announced_ > 0;
         if (announced_ > 0) --announced_;
@@ -219,8 +222,9 @@ private:
     Delays delays_{2, 5, 5};  // the last good ones
     DelayedBit abort_, defeated_, uncompensated_, refused_, held_;
     hal::ThreadWatch threads_;
-    bool stood_ = false;  // the path, since feed-inhibit
-    bool holds_ = false;  // all offsets, because the order is wrong
+    bool stood_ = false;    // the path, since feed-inhibit
+    bool holds_ = false;    // all offsets, because the order is wrong
+    bool returns_ = false;  // an offset that was switched off in a program
     std::int32_t beats_ = 0;
     bool cycle_ = true;  // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;

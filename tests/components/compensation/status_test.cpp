@@ -88,6 +88,12 @@ TEST(FunctionStatus, NamesTheFirstThatKeepsAFunctionFromActing) {
              its.machine_on = false;
          },
          Common::suspended},
+        {"the tool is not clear",
+         [](auto& its) {
+             its.leaves = true;
+             its.machine_on = false;
+         },
+         Common::leaves},
         {"the machine is off",
          [](auto& its) {
              its.machine_on = its.homed = false;

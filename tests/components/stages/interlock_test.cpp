@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The truth tables of the manual page of interlock: each row is a test, and random sequences are compared
 // with them.
+#include "hal/status.hpp"
 #include "tests/support/bench.hpp"
 
 #include <gmock/gmock.h>
@@ -556,6 +557,50 @@ TEST(Interlock, EnablesStayWhileAProbingMoveRuns) {
     EXPECT_TRUE(machine.get("function-enable-1"));
 }
 
+// 2 is a cut, 1 a rapid move.
+TEST(Interlock, SwitchedOffInACutTheOffsetHoldsUntilTheToolIsClear) {
+    for (const char* const pin : {"function-switch-0", "function-off-0"}) {
+        Machine machine;
+        machine.load({{"function-switch-0", 1}, {"program-running", 1}, {"motion-type", 2}});
+        const bool off = pin == std::string("function-off-0");
+        machine.set(pin, off);
+        machine.step(100);
+        EXPECT_TRUE(machine.get("function-enable-0")) << pin;
+        EXPECT_EQ(machine.get("function-status-0"), static_cast<double>(hal::Common::leaves));
+        machine.set("motion-type", 1);
+        machine.step();
+        EXPECT_FALSE(machine.get("function-enable-0")) << pin;
+        EXPECT_FALSE(machine.get("feed-inhibit")) << "the rapid move goes on";
+        machine.set("function-ramping-0", 1);
+        machine.set("motion-type", 2);
+        machine.step(100);
+        EXPECT_TRUE(machine.get("feed-inhibit")) << "the next cut waits";
+        machine.set("function-ramping-0", 0);
+        machine.step();
+        EXPECT_FALSE(machine.get("feed-inhibit"));
+        EXPECT_EQ(machine.get("function-status-0"), static_cast<double>(hal::Common::off));
+        machine.set(pin, !off);
+        machine.step();
+        EXPECT_TRUE(machine.get("function-enable-0")) << pin;
+    }
+}
+
+TEST(Interlock, SwitchedOffInACutAFunctionGoesOffWithTheProgramAndStrokesAtOnce) {
+    Machine machine;
+    machine.load({{"function-switch-0", 1},
+                  {"function-switch-1", 1},
+                  {"function-urgent-1", 1},
+                  {"program-running", 1},
+                  {"motion-type", 2}});
+    for (const char* const pin : {"function-switch-0", "function-switch-1"}) machine.set(pin, 0);
+    machine.step();
+    EXPECT_TRUE(machine.get("function-enable-0"));
+    EXPECT_FALSE(machine.get("function-enable-1"));
+    machine.set("program-running", 0);
+    machine.step();
+    EXPECT_FALSE(machine.get("function-enable-0"));
+}
+
 // M66 right after M64 must see the ramp, before the function has begun it.
 TEST(Interlock, RampingIsTrueFromThePeriodInWhichAnEnableChanges) {
     Machine machine;
@@ -726,6 +771,9 @@ public:
         const bool cycle = on("cycle-running"), on_and_homed = on("motion-enabled") && on("all-homed");
         const bool starts = cycle && !cycle_ && on_and_homed;
         const bool probing = inputs["motion-type"] == 5;
+        const double type = inputs["motion-type"];
+        const bool running = on("program-running"), cuts = running && type != 1 && type != 4;
+        bool left = false;
         bool good_times = true, good_sums = true, changed = false, function = false, withdrawn = false;
         int switched = 0, enabled = 0, amiss = 0;
 
@@ -766,7 +814,9 @@ public:
             for (int service = 0; service < services; ++service)
                 if (!known || static_cast<int>(sum) >> service & 1)
                     served &= outputs[numbered("service-ok", service)] == 1;
-            const bool is_on = on(its("switch")), turned_on = is_on && !its_state.on;
+            const bool leaves = its_state.on && outputs[its("enable")] == 1 && cuts && at_once == 0;
+            const bool is_on = on(its("switch")) || leaves, turned_on = is_on && !its_state.on;
+            left |= its_state.on && !is_on && outputs[its("enable")] == 1;
             its_state.on = is_on;
             std::string& word = its_state.services;
             const bool was_on = its_state.granted;
@@ -814,15 +864,17 @@ public:
             if (!good_feed_sum || static_cast<int>(feed_sum) >> service & 1)
                 loss |= outputs[numbered("service-lost", service)] == 1;
         outputs["feed-service-lost"] = loss;
-        const auto requests = look_up(request_rows_, {{"in-force", word(any("stage-in-force", stages))},
-                                                      {"ramping", word(ramps)},
-                                                      {"settling", word(any("function-settling", functions))},
-                                                      {"refused", word(refused)},
-                                                      {"probing", word(probing)},
-                                                      {"loss", word(loss)}});
+        since_change_ = changed ? 0 : since_change_ + 1;
+        returns_ = (returns_ || left) && running && (ramps || since_change_ < 3);
+        const auto requests = look_up(
+            request_rows_, {{"in-force", word(any("stage-in-force", stages))},
+                            {"ramping", word(ramps)},
+                            {"settling", word(any("function-settling", functions) || (returns_ && cuts))},
+                            {"refused", word(refused)},
+                            {"probing", word(probing)},
+                            {"loss", word(loss)}});
         outputs["homing-inhibit"] = requests.at("homing");
         outputs["feed-inhibit"] = requests.at("feed");
-        since_change_ = changed ? 0 : since_change_ + 1;
         outputs["ramping"] = ramps || since_change_ < 3;
         const std::string which = switched == 0 ? "none" : amiss == 0 ? "all" : "some";
         outputs["compensated"] =
@@ -897,7 +949,7 @@ private:
     std::array<Function, functions> functions_;
     std::array<double, 3> delays_{2, 5, 5};
     int since_change_ = 1000, lacking_ = 0, held_ = 0, unrefused_ = 1000;
-    bool cycle_ = true;
+    bool cycle_ = true, returns_ = false;
 };
 
 class InterlockSequence : public testing::TestWithParam<unsigned> {};
@@ -956,7 +1008,7 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
             else if (what < 16)
                 give(below(2) ? "motion-enabled" : "all-homed", below(5) != 0);
             else if (what == 16)
-                give("motion-type", one_of({0, 1, 2, 5, 5, -5}));
+                give("motion-type", one_of({0, 1, 2, 4, 5, 5, -5}));
             else if (what == 17)
                 give(numbered("service-timeout", i), one_of({0, 0, 0.0111, 0.05, nan, -1, infinity}));
             else if (what == 18)
