@@ -51,7 +51,7 @@ def work(operator):
     finger.press("Chopping")
     hold(operator)
     with finger.story("chopping: stop"):
-        finger.press("Stop")
+        finger.press("Stop strokes")
         finger.until(lambda: host.get("chop.at-end"), "the axis at point R")
     seen["at rest"] = finger.await_text("At rest at point R.")
     away(operator)
@@ -111,7 +111,7 @@ def away(operator):
     task = number_of_task()
     os.kill(task, signal.SIGSTOP)
     try:
-        finger.press("Stop")
+        finger.press("Stop strokes")
         finger.until(lambda: not host.get("chop.active"), "the stop")
         seen["away"] = finger.await_text("The axis stands away from point R.")
         before = host.get("chop.offset")

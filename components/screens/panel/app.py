@@ -279,7 +279,12 @@ class Panel:
         """A pin of a button: written and logged, together with other changes (name, old, new)."""
         old = self.hal.get(pin)
         self.hal.set(pin, text)
-        self.settings.note_all([*together, (pin, _as_text(old), text)], why)
+        self._tell(self.settings.note_all([*together, (pin, _as_text(old), text)], why))
+
+    def _tell(self, lost):
+        """What could not be logged."""
+        if lost:
+            self.say(lost, "warn")
 
     def pulse(self, pin, time=300, ends=True):
         """A rising edge at a pin, and its end, unless it stays true. A pin that another screen has left true falls first."""
@@ -293,7 +298,7 @@ class Panel:
             GLib.timeout_add(time, rise)  # which returns None, so that it is called once
         else:
             rise()
-        self.settings.note(pin, "0", "1", "button")
+        self._tell(self.settings.note(pin, "0", "1", "button"))
 
     def program(self, name):
         """The path of a program of this Plumb."""
@@ -326,7 +331,7 @@ class Panel:
             except RuntimeError as error:
                 GLib.idle_add(self.say, "%s: %s" % (action, error), "bad")
             else:
-                GLib.idle_add(self.settings.note_all, [*together, (MDI, undo, line)], "button")
+                GLib.idle_add(lambda: self._tell(self.settings.note_all([*together, (MDI, undo, line)], "button")))
             finally:
                 GLib.idle_add(done)
 

@@ -16,12 +16,12 @@ Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes t
 
 
 class ChangeLog:
-    """Several screens append to one file."""
+    """Several screens append to one file. A change that could not be written stays in memory, and is written with the next one."""
 
     def __init__(self, path):
         self.path = path
         self._read_to = 0
-        self._changes = []
+        self._changes, self._unwritten = [], []
 
     @contextlib.contextmanager
     def alone(self):
@@ -32,13 +32,15 @@ class ChangeLog:
 
     def add(self, change):
         """Raises OSError."""
-        text = json.dumps(change._asdict()).encode("ascii")
+        self._unwritten.append(change)
+        texts = [json.dumps(each._asdict()).encode("ascii") for each in self._unwritten]
         with open(self.path, "ab+") as file:
             if file.tell() and os.pread(file.fileno(), 1, file.tell() - 1) != b"\n":
                 file.write(b"\n")  # behind a torn line
-            file.write(text + b" %08x\n" % zlib.crc32(text))
+            file.write(b"".join(text + b" %08x\n" % zlib.crc32(text) for text in texts))
             file.flush()
             os.fsync(file.fileno())
+        self._unwritten = []
 
     def all(self):
         """All changes, oldest first; a line that is damaged is left out. Lines of before have no checksum."""
@@ -46,7 +48,7 @@ class ChangeLog:
             size = os.stat(self.path).st_size
         except OSError:
             self._read_to, self._changes = 0, []
-            return self._changes
+            size = 0
         if size < self._read_to:
             self._read_to, self._changes = 0, []
         if size > self._read_to:
@@ -61,7 +63,7 @@ class ChangeLog:
                     continue
                 with contextlib.suppress(ValueError, TypeError):
                     self._changes.append(Change(**json.loads(found[1] if found else line)))
-        return self._changes
+        return self._changes + self._unwritten
 
     def last(self, pin):
         return next((change for change in reversed(self.all()) if change.pin == pin), None)

@@ -30,7 +30,7 @@ class ChoppingPage(FunctionPage):
         own = self.instance.settings()
         its = []
         if "stop" in own:
-            its.append(button(_("Stop"), self._stop, "stop"))
+            its.append(button(_("Stop strokes"), self._stop, "stop"))
         if "feed-hold" in own:
             its.append(self.remedy("hold", button(_("Hold / go on"), self._hold)))
         if "go-to-end" in own:
@@ -43,8 +43,8 @@ class ChoppingPage(FunctionPage):
         return its
 
     def _stop(self):
-        """The end of strokes comes without a question."""
-        self.panel.guard.at_once(_("Stop"), lambda: self.panel.pulse(self.instance.full("stop")))
+        """The end of strokes comes without a question, on each screen."""
+        self.panel.guard.at_once(_("Stop strokes"), lambda: self.panel.pulse(self.instance.full("stop")), needed="view")
 
     def _withdraw(self):
         away = with_unit(round(-float(self.panel.hal.get(self.instance.full("offset"))), 4), "mu")
@@ -55,7 +55,7 @@ class ChoppingPage(FunctionPage):
         """A hold comes at once; the axis goes on after a question."""
         pin = self.instance.full("feed-hold")
         if not self.panel.hal.get(pin):
-            self.panel.guard.at_once(_("Hold / go on"), lambda: self.panel.write(pin, "1", "button"))
+            self.panel.guard.at_once(_("Hold / go on"), lambda: self.panel.write(pin, "1", "button"), needed="view")
         else:
             self.panel.guard.once_asked(_("Go on with the strokes?"), _("Go on"), lambda: self.panel.write(pin, "0", "button"), must_be_safe=False)
 

@@ -37,12 +37,12 @@ def effect(machine, writes, values, chain_program=None):
     found = []
     by_instance = collections.defaultdict(dict)
     for write in writes:
-        instance, short, text = write.instance, write.short, write.text
-        function = machine.switched_by(instance.full(short))
-        if function is not None:
-            instance, short = function, "enable"
-        pin = instance.pins[short]
-        by_instance[instance.name][short] = parsed(pin.name, pin.kind, text)
+        instance, short = write.instance, write.short
+        switched, on = machine.switching(write)
+        if switched is not None:
+            by_instance[switched.name]["enable"] = on
+        else:
+            by_instance[instance.name][short] = parsed(write.name, instance.pins[short].kind, write.text)
     for name, changes in by_instance.items():
         instance = machine.named(name)
         changes = {short: value for short, value in changes.items() if short == "enable" or value != instance.value(values, short)}

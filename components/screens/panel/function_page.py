@@ -36,7 +36,7 @@ class FunctionPage(Page):
         self._verdict = Verdict()
         content = self.content()
         buttons = self.buttons()
-        if self.switch and self.switch in self.panel.machine.pins and not self.panel.machine.pins[self.switch].signal:
+        if self.switch:
             buttons.append(self.remedy("switch", button(_("Switch on / off"), self._toggle)))
         buttons.append(button(_("All pins and settings"), lambda: self.panel.open_component(self.instance)))
         self._inputs = LiveInputs(self.panel, self.instance, self.live)
@@ -65,7 +65,8 @@ class FunctionPage(Page):
         self._inputs.show_values(values)
 
     def _toggle(self):
-        self.panel.guard.switch(self.switch, not self.panel.hal.get(self.switch), self.title)
+        is_on = self.panel.machine.switch_text(self.switch, True) == str(int(self.panel.hal.get(self.switch)))
+        self.panel.guard.switch(self.switch, not is_on, self.title)
 
     def of(self):
         """The component that the page is about."""

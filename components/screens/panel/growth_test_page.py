@@ -113,7 +113,7 @@ class GrowthTestPage(FunctionPage):
 
     def _stop(self):
         """LinuxCNC's own abort, at once."""
-        self.panel.guard.at_once(_("Stop the test"), lambda: self.panel.abort(_("Stop the test")))
+        self.panel.guard.at_once(_("Stop the test"), lambda: self.panel.abort(_("Stop the test")), needed="view")
 
     def _report(self):
         folder = self.panel.ini.folder or "."

@@ -4,7 +4,7 @@
 import contextlib
 import json
 
-from panel import access, chains, effects, references
+from panel import access, chains, effects, references, status
 from panel.settings import CHAIN, REFERENCE, Conflict, Refused, Write
 from panel.texts import _, with_unit
 
@@ -26,7 +26,7 @@ class Guard:
     # --- buttons ---
 
     def at_once(self, action, do, needed="operator"):
-        """What must never wait: a stop, a hold, an acknowledgement."""
+        """What must never wait: an acknowledgement, and with `needed` "view" a stop or a hold."""
         if not self._refused(action, self._panel.access.refusal(needed)):
             self._do(action, do)
 
@@ -67,15 +67,17 @@ class Guard:
         """
         def judged():
             """Why not, '' if it may be; its moves, and their words."""
-            refusal = self._panel.access.refusal(needed)
+            refusal = "" if switches_off else self._panel.access.refusal(needed)
             if refusal:
                 return refusal, [], ""
             values = self.values()
             moves = effects.effect(self._panel.machine, writes, values, self._chain_program())
+            if switches_off:
+                return "", moves, self._words_of_off(writes, moves, values)
             refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
             if not refusal and must_be_on:
                 refusal = access.unsafe(values)
-            if not refusal and (moves or effects.changes_path(writes, values)) and not _switches_off(self._panel.machine, writes):
+            if not refusal and (moves or effects.changes_path(writes, values)):
                 refusal = access.busy(values)
             words = effects.in_words(moves)
             if words and values.get("motion.motion-enabled") is False:
@@ -98,12 +100,28 @@ class Guard:
                 text = " ".join(text for text in (changed, question or asks or action + "?", words) if text)
                 self._panel.ask(text, action, lambda: ask(moves))
 
+        switches_off = not chain and _switches_off(self._panel.machine, writes)
         ask()
+
+    def _words_of_off(self, writes, moves, values):
+        """What Off moves, and when: in a program interlock holds the offset until the tool is clear."""
+        words = effects.in_words(moves)
+        if words and status.program_state(values) in ("running", "paused") and all(self._goes_off_clear(write, values) for write in writes):
+            return _("In a program the offset holds until the tool is clear, and returns then. {moves}").format(moves=words)
+        return words
+
+    def _goes_off_clear(self, write, values):
+        function, _on = self._panel.machine.switching(write)
+        owner, number = self._panel.machine.permission(function) if function in self._panel.machine.functions() else (None, -1)
+        return owner is not None and not owner.value(values, "function-urgent-%d" % number, 0)
 
     def _write(self, writes, action, done, why, chain, then):
         settings = self._panel.settings
         try:
-            values = settings.change_all(writes, why, chain)
+            if not chain and _switches_off(self._panel.machine, writes):
+                values, lost = settings.switch_off(writes, why)
+            else:
+                values, lost = settings.change_all(writes, why, chain)
         except Conflict as conflict:
             self._panel.conflict()  # which may open a page
             self._panel.say(str(conflict), "warn")
@@ -113,17 +131,17 @@ class Guard:
             return
         if then:
             then()
-        lost = settings.retain_state(self._panel.hal.values())
+        lost = lost or settings.retain_state(self._panel.hal.values())
         text = done.format(pin=writes[0].name, value=with_unit(values[0], writes[0].unit)) if writes else done
         if text or lost:
             self._panel.say(" ".join(part for part in (text, lost) if part), "warn" if lost else "good")
 
     def switch(self, pin, on, title):
-        """A function, by its switch. Switching off always works."""
+        """A function, by its switch. Off is always accepted: before access, log and lock."""
         owner, short = self._panel.machine.owner_of(pin)
         action = _("Switch on") if on else _("Switch off")
         question = (_("Switch {name} on?") if on else _("Switch {name} off?")).format(name=title)
-        self.change([Write(owner, short, "1" if on else "0")], action, why="switch", needed="operator", question=question, must_be_on=on)
+        self.change([Write(owner, short, self._panel.machine.switch_text(pin, on))], action, why="switch", needed="operator", question=question, must_be_on=on)
 
     def undo(self, change, then=None):
         """The whole deed that a change belongs to."""
@@ -197,12 +215,8 @@ class Guard:
         return _("The chain {chain} is saved, and LinuxCNC runs with {loaded}: start LinuxCNC again.").format(chain=waits, loaded=loaded)
 
     def _switches_on_new_chain(self, writes):
-        for write in writes:
-            function = self._panel.machine.switched_by(write.name)
-            module = function.module if function else write.instance.module if write.short == "enable" else ""
-            if module == "squareness" and write.text.lower() in ("1", "true"):
-                return self.pending_chain()
-        return ""
+        switched = map(self._panel.machine.switching, writes)
+        return self.pending_chain() if any(on and its.module == "squareness" for its, on in switched) else ""
 
     def _chain_program(self):
         chain = self.loaded_chain()
@@ -221,7 +235,8 @@ def _shown(write):
 
 
 def _switches_off(machine, writes):
-    return all(write.text in ("0", "false") and (write.short == "enable" or machine.switched_by(write.name)) for write in writes)
+    switched = [machine.switching(write) for write in writes]
+    return bool(writes) and all(its is not None and not on for its, on in switched)
 
 
 def _session():

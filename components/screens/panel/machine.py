@@ -6,6 +6,8 @@ import collections
 Channel = collections.namedtuple("Channel", "name module pins")
 Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
 
+OFF_PIN = "function-off-"  # of interlock: true is off
+
 
 class Instance:
     """One instance of a component: its pins by short name."""
@@ -107,9 +109,17 @@ class Machine:
             return owner, int(short.rsplit("-", 1)[1])
         return None, -1
 
-    def switched_by(self, pin):
-        """The function that a pin switches; None for another pin."""
-        return next((each for each in self.functions() if self.switch_of(each) == pin), None)
+    def switching(self, write):
+        """The instance that a write switches, and whether on; None, False for another write."""
+        on = write.text.lower() in ("1", "true")
+        function = next((each for each in self.functions() if self.switch_of(each) == write.instance.full(write.short)), None)
+        if function is not None:
+            return function, on != write.short.startswith(OFF_PIN)
+        return (write.instance, on) if write.short == "enable" else (None, False)
+
+    def switch_text(self, pin, on):
+        """What a switch is to be for on or off."""
+        return "1" if on != self.owner_of(pin)[1].startswith(OFF_PIN) else "0"
 
     def owner_of(self, pin):
         """The instance of a pin, and its short name; None, '' for a pin of another component."""
@@ -119,10 +129,11 @@ class Machine:
         return None, ""
 
     def switch_of(self, instance):
-        """The pin by which the interlock switches a function, or the function's own enable."""
+        """The pin by which the interlock switches a function, or the function's own enable; '' if another signal drives it."""
         owner, number = self.permission(instance)
         if owner is not None:
-            return owner.full("function-switch-%d" % number)
+            shorts = ("function-switch-%d" % number, "%s%d" % (OFF_PIN, number))
+            return next((owner.full(short) for short in shorts if not owner.pins[short].signal), "")
         return instance.full("enable") if "enable" in instance.pins and not instance.pins["enable"].signal else ""
 
 

@@ -16,6 +16,7 @@ from panel import chains
 from panel.changes import Change, ChangeLog, now
 from panel.texts import _, with_unit
 
+OFF = ("0", "false")  # texts of a bit
 S32 = (-(1 << 31), (1 << 31) - 1)
 U32 = (0, (1 << 32) - 1)
 CHAIN, MDI = "[SQUARENESS]CHAIN", "MDI"  # what a change has in the place of a pin
@@ -64,6 +65,10 @@ def parsed(name, kind, text):
     return value
 
 
+Done = collections.namedtuple("Done", "values lost")
+Done.__doc__ = "The values that are in force, and a sentence about what could not be logged or kept, or ''."
+
+
 class Write(collections.namedtuple("Write", "instance short text seen lasts", defaults=(None, True))):
     """A setting to be written, which a user saw as `seen`; plumb-retain keeps it if it lasts."""
 
@@ -91,20 +96,70 @@ class Settings:
 
     def change(self, instance, short, text, seen=None, why=""):
         """Writes a setting that a user saw as `seen`. Returns its value. Raises Refused, and Conflict."""
-        return self.change_all([Write(instance, short, text, seen)], why)[0]
+        return self.change_all([Write(instance, short, text, seen)], why).values[0]
 
     def change_all(self, writes, why="", chain=None):
-        """Writes settings together, or none of them. Returns their values. Raises Refused, and Conflict.
+        """Writes settings together, or none of them. Returns what was Done. Raises Refused, and Conflict.
 
         chain  (file, former, new) of a chain that is written first
         """
         values = [self._judged(write) for write in writes]
-        names = ", ".join(write.name for write in writes) or CHAIN
+        olds = [self._value(write) for write in writes]
         try:
             with self.log.alone():
                 return self._write_all(writes, values, why, chain)
         except OSError as error:
-            raise Refused(_("{pin} is not changed: {file}: {why}.").format(pin=names, file=error.filename, why=error.strerror)) from None
+            raise Refused(" ".join((self._state(writes, olds), self._cause(error)))) from None
+
+    def switch_off(self, writes, why=""):
+        """Off goes before the log, its lock, and what another screen has changed. Returns what was Done. Raises Refused if HAL refuses it."""
+        olds = [self._value(write) for write in writes]
+        for write in writes:
+            self._set(write, write.text not in OFF)
+        values = [self._value(write) for write in writes]
+        return Done(values, self._noted(writes, olds, values, why, new_deed()))
+
+    def _value(self, write):
+        try:
+            return self.hal.get(write.name)
+        except KeyError:
+            raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=write.name)) from None
+
+    def _state(self, writes, olds):
+        """What the pins are, read back."""
+        now = [self._value(write) for write in writes]
+        if all(map(same, now, olds)):
+            return _("{pin} is not changed.").format(pin=", ".join(write.name for write in writes) or CHAIN)
+        return " ".join(_("{pin} is {value} now.").format(pin=write.name, value=with_unit(value, write.unit)) for write, value in zip(writes, now))
+
+    def _cause(self, error):
+        return "%s: %s." % (error.filename or self.log.path, error.strerror)
+
+    def _noted(self, writes, olds, values, why, deed, chain=None):
+        """Logs and keeps what was written. Returns a sentence about what could not be; ''."""
+        lost = ""
+        changes = [Change(now(), self.who, CHAIN, chain[1], chain[2], why, deed)] if chain else []
+        changes += [Change(now(), self.who, write.name, as_text(old), as_text(value), why, deed)
+                    for write, value, old in zip(writes, values, olds) if not same(old, value)]
+        for change in changes:
+            lost = self._logged(change) or lost
+        try:
+            for write in writes:
+                if write.lasts:
+                    self.keep(write.name)
+        except OSError as error:
+            lost = lost or _("The change could not be kept: {why}").format(why=self._cause(error))
+        except Refused as refused:
+            lost = lost or _("The change could not be kept: {why}").format(why=refused)
+        return lost
+
+    def _logged(self, change):
+        """Logs a change, or returns why it could not be: this screen alone remembers it then."""
+        try:
+            self.log.add(change)
+        except OSError as error:
+            return _("The change could not be logged: {why}").format(why=self._cause(error))
+        return ""
 
     def _judged(self, write):
         pin, limits = write.instance.pins[write.short], write.instance.declared.pin(write.short)
@@ -127,35 +182,23 @@ class Settings:
                 done.append((write, old))
                 self._set(write, value)
             self._settle()
-            for write, value, old in zip(writes, values, olds):
+            for write, value in zip(writes, values):
                 objection = self._objection(write.instance, codes[write.instance.name])
                 if objection:
-                    raise Refused(_("{instance} refuses {pin} = {value}: {why} It stays {old}.").format(
-                        instance=write.instance.name, pin=write.name, value=with_unit(value, write.unit), why=_(objection),
-                        old=with_unit(old, write.unit)))
-        except Refused:
+                    raise Refused(_("{instance} refuses {pin} = {value}: {why}").format(
+                        instance=write.instance.name, pin=write.name, value=with_unit(value, write.unit), why=_(objection)))
+        except Refused as refused:
             for write, old in reversed(done):
-                self.hal.set(write.name, as_text(old))
+                with contextlib.suppress(ValueError):
+                    self.hal.set(write.name, as_text(old))
             self._settle()
             if chain:
                 chains.write(chain[0], chain[1])
-            raise
-        deed = new_deed() + ("@" + self.session if chain else "")
-        if chain:
-            self.log.add(Change(now(), self.who, CHAIN, chain[1], chain[2], why, deed))
-        for write, value, old in zip(writes, values, olds):
-            if not same(old, value):
-                self.log.add(Change(now(), self.who, write.name, as_text(old), as_text(value), why, deed))
-            if write.lasts:
-                self.keep(write.name)
-        return values
+            raise Refused("%s %s" % (refused, self._state(writes, olds))) from None
+        return Done(values, self._noted(writes, olds, values, why, new_deed() + ("@" + self.session if chain else ""), chain))
 
     def _present(self, write, value):
-        name, unit, seen = write.name, write.unit, write.seen
-        try:
-            old = self.hal.get(name)
-        except KeyError:
-            raise Refused(_("{pin} is not there any more: its component was unloaded.").format(pin=name)) from None
+        name, unit, seen, old = write.name, write.unit, write.seen, self._value(write)
         if seen is not None and not same(old, seen) and not same(old, value):
             change = self.log.last(name)
             by = _(" by {who}").format(who=change.who) if change and same_text(change.new, old) else ""
@@ -179,15 +222,15 @@ class Settings:
         return instance.declared.sentence("fault-code", code) if code and code != before.get("fault-code") else ""
 
     def note(self, name, old, new, why="", deed=""):
-        """Logs a write that is no setting, such as a button. A log that cannot be written stops no button."""
-        with contextlib.suppress(OSError):
-            self.log.add(Change(now(), self.who, name, old, new, why, deed))
+        """Logs a write that is no setting, such as a button. A log that cannot be written stops no button: returns why it could not, or ''."""
+        return self._logged(Change(now(), self.who, name, old, new, why, deed))
 
     def note_all(self, changes, why=""):
         """Logs (name, old, new) that belong together."""
-        deed = new_deed()
+        deed, lost = new_deed(), ""
         for name, old, new in changes:
-            self.note(name, old, new, why, deed)
+            lost = self.note(name, old, new, why, deed) or lost
+        return lost
 
     def undoing(self, change, machine):
         """What takes the whole deed of a change back: writes, the chain's former text or '', the MDI lines, and former references as

@@ -456,7 +456,7 @@ class TestStep(Step):
                        if angle and short[3].upper() not in axes and short in instance.settings()]
             if work.page.switch:  # first: the angles are for the new chain
                 owner, short = self.panel.machine.owner_of(work.page.switch)
-                writes.insert(0, Write(owner, short, "0", lasts=False))  # after the start it is on again
+                writes.insert(0, Write(owner, short, self.panel.machine.switch_text(work.page.switch, False), lasts=False))  # after the start it is on again
         angles = ", ".join("%s %s \u00b5m/m" % (write.short.upper(), number(float(write.text) * 1e6, 4)) for write in writes if write.instance is instance)
         saved = _("Saved: {settings}.").format(settings=angles)
         if work.new_chain:

@@ -5,6 +5,7 @@ import math
 import os
 import random
 import re
+import resource
 import sys
 import time
 import unittest
@@ -199,6 +200,23 @@ class Discovery(WithHost):
         self.assertEqual(self.machine.switch_of(self.growth), "interlock.0.function-switch-0")
         self.assertEqual(self.machine.switch_of(self.machine.named("square")), "square.enable")
 
+    def test_where_a_signal_drives_the_switch_interlock_takes_off_by_its_own_pin(self):
+        self.host.command("net door-closed interlock.0.function-switch-0")
+        self.host.command("sets door-closed 1")
+        found = machine.Machine(self.hal.pins(), DECLARED)
+        growth = found.named("growth")
+        pin = found.switch_of(growth)
+        self.assertEqual(pin, "interlock.0.function-off-0")
+        off = settings.Write(*found.owner_of(pin), found.switch_text(pin, False))
+        self.assertEqual(found.switching(off), (growth, False))
+        self.host.run(0.01)
+        self.assertTrue(self.hal.get("growth.enable"))
+        self.screen().switch_off([off])
+        self.host.run(0.01)
+        self.assertFalse(self.hal.get("growth.enable"))
+        self.screen().change_all([off._replace(text=found.switch_text(pin, True))])
+        self.assertTrue(self.hal.get("growth.enable"))
+
     def test_a_machine_without_components_has_no_instances(self):
         self.assertEqual(machine.Machine([], DECLARED).instances, [])
 
@@ -371,6 +389,75 @@ class Changing(WithHost):
             file.write('{"time": 1.5, "who": "anna", "pin": "growth.window", "old": "0.125", "new": "0.5", "why": ""}\n')
         self.undo(self.screen(), "growth.window")
         self.assertEqual(self.hal.get("growth.window"), 0.125)
+
+
+class Unwritable(WithHost):
+    """A log that cannot be written: Off comes before it, and no sentence says what the pins do not."""
+
+    def full_disk(self):
+        """No file grows from now on."""
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        path = os.path.join(self.folder, "panel_changes.log")
+        size = os.path.getsize(path) if os.path.exists(path) else 0
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_FSIZE, before)
+        return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    def off(self):
+        owner, short = self.machine.owner_of(self.machine.switch_of(self.growth))
+        return [settings.Write(owner, short, "0")]
+
+    def test_off_comes_before_the_log_and_its_lock_and_a_change_of_another_screen(self):
+        for blocked in ("panel_changes.log", "panel_changes.log.lock"):
+            with self.subTest(blocked):
+                self.host.command("setp interlock.0.function-switch-0 1")
+                os.mkdir(os.path.join(self.folder, blocked))  # as one of root, also for root
+                done = self.screen().switch_off([self.off()[0]._replace(seen=False)])
+                self.assertFalse(self.hal.get("interlock.0.function-switch-0"))
+                self.assertEqual(done.values, [False])
+                if not blocked.endswith("lock"):
+                    self.assertIn("The change could not be logged: ", done.lost)
+                os.rmdir(os.path.join(self.folder, blocked))
+
+    def test_off_waits_for_no_lock(self):
+        self.host.command("setp interlock.0.function-switch-0 1")
+        with self.screen("bert").log.alone():
+            self.assertEqual(self.screen().switch_off(self.off()).lost, "")
+        self.assertFalse(self.hal.get("interlock.0.function-switch-0"))
+        self.assertEqual(self.screen().log.all()[-1].pin, "interlock.0.function-switch-0")
+
+    def test_without_the_lock_a_setting_is_not_changed_and_says_so(self):
+        os.mkdir(os.path.join(self.folder, "panel_changes.log.lock"))
+        with self.assertRaisesRegex(settings.Refused, "^growth.window is not changed. .*panel_changes.log.lock: Is a directory.$"):
+            self.screen().change(self.growth, "window", "0.125")
+        self.assertEqual(self.hal.get("growth.window"), 0.5)
+
+    def test_on_a_full_disk_the_change_is_told_and_can_be_undone_on_this_screen(self):
+        screen = self.screen()
+        room = self.full_disk()
+        done = screen.change_all([settings.Write(self.growth, "window", "0.125")])
+        self.assertEqual(self.hal.get("growth.window"), 0.125)
+        self.assertRegex(done.lost, "^The change could not be logged: .*panel_changes.log: ")
+        writes, *_rest = screen.undoing(screen.last_of("growth.window"), self.machine)
+        screen.change_all(writes, "undo")
+        self.assertEqual(self.hal.get("growth.window"), 0.5)
+        room()
+        screen.change(self.growth, "window", "0.25")
+        self.assertEqual([change.new for change in self.screen().log.all()], ["0.125", "0.5", "0.25"], "what waited came with the next one")
+
+    def test_a_value_that_cannot_be_put_back_is_told_as_the_pin_has_it(self):
+        class Stuck(HostHal):
+            """HAL refuses the way back, as when another writer came."""
+
+            def set(self, name, text):
+                if float(text) == 0.06:
+                    raise ValueError("HAL refuses")
+                super().set(name, text)
+
+        screen = self.screen()
+        screen.hal = Stuck(self.host)
+        with self.assertRaisesRegex(settings.Refused, "growth.gate-cap is 0.001 mm now.$"):
+            screen.change(self.growth, "gate-cap", "0.001")  # below gate-floor
 
 
 class Keeping(WithHost):

@@ -276,7 +276,7 @@ class Squareness(Machinery):
         declared = Declared({"name": "new_function", "role": "compensation", "moves": {"z-offset": {"bound": "max-offset"}}})
         shorts = {"enable": "bit", "gain": "float", "max-offset": "float", "z-offset": "float"}
         new = machine.Instance("new", declared, {short: Pin("new." + short, "new", kind, short == "z-offset", "", "") for short, kind in shorts.items()})
-        known = types.SimpleNamespace(switched_by=lambda pin: None, named=lambda name: new)
+        known = types.SimpleNamespace(switching=lambda write: (new, write.text == "1") if write.short == "enable" else (None, False), named=lambda name: new)
         values = {"new.enable": True, "new.gain": 1.0, "new.max-offset": 0.5, "new.z-offset": 0.25}
         for text, is_on, moves in (("gain 2", True, [("Z", 0.75, False)]), ("max-offset 1", True, [("Z", 1.25, False)]),
                                    ("enable 0", True, [("Z", -0.25, True)]), ("gain 2", False, []), ("enable 1", False, [("Z", 0.75, False)])):

@@ -110,6 +110,34 @@ class Window(unittest.TestCase):
         finger.await_text('This screen has the access "view"')
         self.assertFalse(self.host.get("growth.learn"))
 
+    def test_who_may_only_look_stops_and_holds_strokes_and_switches_off_whatever_the_log_is(self):
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+                     "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
+                     "setp chop.stop-kind 2", "setp chop.run 1"):
+            self.host.command(line)
+        for name in ("panel_changes.log", "panel_changes.log.lock"):
+            os.mkdir(os.path.join(self.folder, name))  # no panel can write them
+        finger = self.panel("--access", "view")
+        finger.press("Chopping")
+        finger.await_text("The axis strokes.")
+        finger.press("Hold / go on")
+        finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
+        finger.await_text("The change could not be logged: ")
+        finger.press("Hold / go on")
+        finger.await_text('This screen has the access "view"')
+        self.assertTrue(self.host.get("chop.feed-hold"))
+        self.host.command("setp chop.feed-hold 0")
+        finger.press("Stop strokes")
+        finger.until(lambda: not self.host.get("chop.active"), "the stop")
+        finger.press("Switch on / off")
+        finger.await_text("Switch Chopping off?")
+        finger.press("Switch off")
+        finger.until(lambda: not self.host.get("chop.enable"), "off")
+        finger.await_text("The change could not be logged: ")
+        finger.press("Switch on / off")
+        finger.await_text('This screen has the access "view"')
+        self.assertFalse(self.host.get("chop.enable"))
+
     def test_a_button_that_moves_is_refused_with_the_reason_and_asks_once(self):
         finger = self.panel("--access", "operator")
         finger.press("Growth of Z")
@@ -394,7 +422,7 @@ class Window(unittest.TestCase):
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
         finger.await_text("The axis strokes.")
-        finger.press("Stop")
+        finger.press("Stop strokes")
         finger.until(lambda: not self.host.get("chop.active"), "the stop")
         self.assertNotEqual(self.host.get("chop.offset"), 0)
         finger.await_text("The axis stands away from point R.")
@@ -654,7 +682,7 @@ class Window(unittest.TestCase):
         finger.press("Chopping")
         finger.press("Hold / go on")
         finger.until(lambda: self.host.get("chop.feed-hold"), "the hold")
-        finger.press("Stop")
+        finger.press("Stop strokes")
         finger.press("Growth of Z")
         finger.press("Acknowledge")
         finger.press("Changes")
