@@ -116,7 +116,7 @@ def away(operator):
         seen["away"] = finger.await_text("The axis stands away from point R.")
         before = host.get("chop.offset")
         finger.press("To point R")
-        finger.await_text("Move the axis to point R? It moves by ")
+        finger.await_text("Move the axis to point R? It moves: ")
         finger.press("Overview")
         finger.rest()
         seen["old question"] = finger.find_text("Move the axis to point R?")

@@ -17,7 +17,7 @@ SHARE = os.path.join(PREFIX, "share", "plumb")
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build
 sys.path.insert(0, SHARE)
 import plumb_program  # noqa: E402
-from panel import declared, hal_files, texts  # noqa: E402
+from panel import declared, files, hal_files, texts  # noqa: E402
 from panel.texts import _, number  # noqa: E402
 
 SUMMARY = "tries a function on a live machine, step by step, before it may act"
@@ -85,8 +85,7 @@ def write_pictures(folder):
     for name in pictures.PICTURES:
         for letter in {"stage": "XYZ", "square": "XYZ"}.get(name, ("",)):
             path = os.path.join(folder, "%s%s.svg" % (name, letter and "_" + letter.lower()))
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(pictures.drawing(name, letter))
+            files.replace(path, pictures.drawing(name, letter))
             print(path)
     return 0
 
@@ -233,8 +232,7 @@ class Terminal:
         folder = os.path.join(self.machine.records.folder, "pictures")
         os.makedirs(folder, exist_ok=True)
         path = os.path.join(folder, "_".join(part.lower() for part in session.step.picture if part) + ".svg")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(pictures.drawing(*session.step.picture))
+        files.replace(path, pictures.drawing(*session.step.picture))
         return _("Picture: {path}").format(path=path)
 
     # --- questions ---

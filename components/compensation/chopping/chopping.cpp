@@ -75,6 +75,9 @@ struct Chopping final : hal::Component {
         this, "stands-off",
         "Machine off has ended strokes, and the axis has not been at their point R since: "
         "position is where it stood."};
+    hal::Out<double> stands_off_by{this, "stands-off-by", "mu",
+                                   "Position minus the point R of those strokes while stands-off is true, or "
+                                   "0, for a display."};
     hal::Out<bool> program_refused{this, "program-refused",
                                    "The last word of the program is invalid, or the stroke that it checks."};
     hal::Out<std::int32_t> program_sections{this, "program-sections", "Sections that the program gave."};
@@ -157,6 +160,7 @@ private:
         measured_position = axis_.measured();
         at_end = axis_.at_end();
         stands_off = axis_.stands_off();
+        stands_off_by = axis_.stands_off_by();
         program_refused = axis_.refused();
         program_sections = static_cast<std::int32_t>(axis_.words().sections());
         stroke.show(axis_.motion(), axis_.supervision(), axis_.values());
@@ -179,6 +183,7 @@ private:
         seen.hold_ordered = axis_.hold_ordered();
         seen.speed_zero = axis_.values().override_value == 0;
         seen.away = axis_.away();
+        seen.stands_off = axis_.stands_off();
         seen.on = inputs.on;
         seen.homed = inputs.homed;
         seen.permitted = inputs.orders.enable;

@@ -20,7 +20,8 @@ enum class ChoppingStatus : std::int32_t {
     stopped,
     away_off,
     away,
-    at_rest
+    at_rest,
+    stands_off
 };
 
 constexpr hal::Said said(ChoppingStatus status) {
@@ -29,11 +30,12 @@ constexpr hal::Said said(ChoppingStatus status) {
     switch (status) {
         case S::strokes: return {Kind::good, "The axis strokes.", "", "", "stroke-count"};
         case S::bounded:
-            return {Kind::warn, "The axis strokes, and a bound is active.", "Check the setting that is named.", "",
+            return {Kind::warn, "The axis strokes, and a bound is active.",
+                    "Wait while it learns. Else change the stroke, or the limit that is given.", "",
                     "limited-code"};
         case S::with_fault:
-            return {Kind::bad, "The axis strokes with a fault.", "Stop the strokes, and remove the cause.", "stop",
-                    "fault-code"};
+            return {Kind::bad, "The axis strokes with a fault.", "Stop the strokes, and remove the cause.",
+                    "stop", "fault-code"};
         case S::hold_ordered:
             return {Kind::warn, "A hold is ordered: the axis goes on to where it will stand.",
                     "End the hold, and the strokes go on.", "hold"};
@@ -59,6 +61,9 @@ constexpr hal::Said said(ChoppingStatus status) {
         case S::away:
             return {Kind::warn, "The axis stands away from point R.", "Move the axis to point R.", "to-end",
                     "offset"};
+        case S::stands_off:
+            return {Kind::warn, "The axis stands away from where the stroke began.",
+                    "Jog it clear, or start strokes from here.", "start", "stands-off-by"};
         case S::at_rest: return {Kind::off, "At rest at point R.", "G81.1 or Start begins strokes.", "start"};
         default: return hal::said(static_cast<hal::Common>(status));
     }
@@ -67,7 +72,8 @@ constexpr hal::Said said(ChoppingStatus status) {
 struct ChoppingSeen {
     bool fault = false, bounded = false;
     bool moves = false, returns = false, ends = false, held = false, hold_ordered = false, speed_zero = false;
-    bool away = false;  // from point R, at rest
+    bool away = false;        // from point R, at rest
+    bool stands_off = false;  // from the former point R, where machine off has ended strokes
     bool on = false, homed = false, permitted = false;
     ChoppingStatus interlock{};
 };
@@ -86,6 +92,7 @@ inline ChoppingStatus status_of(const ChoppingSeen& its) noexcept {
                               {true, S::strokes}});
     if (its.away) return its.fault ? S::stopped : its.on ? S::away : S::away_off;
     return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
+                          {its.stands_off && its.on, S::stands_off},
                           {its.interlock != S{}, its.interlock},
                           {!its.on, hal::common<S>(hal::Common::machine_off)},
                           {!its.homed, hal::common<S>(hal::Common::not_homed)},

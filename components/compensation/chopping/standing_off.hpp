@@ -25,6 +25,9 @@ public:
     }
 
     bool stands() const noexcept { return stands_; }
+    double distance() const noexcept {
+        return stands_ ? last_ - end_ : 0;
+    }  // mu, from the end of the strokes
 
 private:
     static constexpr double least = 1e-6;

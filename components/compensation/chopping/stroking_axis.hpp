@@ -70,6 +70,7 @@ public:
     bool away() const noexcept { return std::abs(offset_.value()) > StrokeOffset::nothing; }
     bool at_end() const noexcept { return !motion_.moves() && offset_.value() == 0; }
     bool stands_off() const noexcept { return standing_off_.stands(); }
+    double stands_off_by() const noexcept { return standing_off_.distance(); }
     // Moves of a program have to wait.
     bool busy() const noexcept { return busy_; }
     bool hold_ordered() const noexcept { return hold_ordered_; }

@@ -27,8 +27,8 @@ constexpr hal::Said said(SquarenessStatus status) {
         case SquarenessStatus::ramping:
             return {Kind::wait, "The axes move to their correction.", "Wait for the end of the move."};
         case SquarenessStatus::bounded:
-            return {Kind::warn, "Corrects only in part.", "Check the setting that is named.", "",
-                    "limited-code"};
+            return {Kind::warn, "Corrects only in part.", "Measure again, or change the limit that is given.",
+                    "", "limited-code"};
         case SquarenessStatus::unsettled:
             return {Kind::warn, "The next cut did not wait for the correction of its tool.",
                     "Check the first cut of this tool.", "", "unsettled-code"};

@@ -5,10 +5,10 @@ import getpass
 import html
 import json
 import os
-import secrets
 import time
 
 from commissioning import pictures
+from panel.files import replace
 from panel.texts import VERSION, _, number
 
 FILE, LENT = "commissioned.json", "lent.json"
@@ -50,7 +50,7 @@ class Records:
 
     def _write(self, places):
         os.makedirs(self.folder, exist_ok=True)
-        _write(self.path, json.dumps({"machine": self.machine, "places": places}, indent=1, ensure_ascii=False) + "\n")
+        replace(self.path, json.dumps({"machine": self.machine, "places": places}, indent=1, ensure_ascii=False) + "\n")
 
     # --- settings that a step has changed for a while ---
 
@@ -73,7 +73,7 @@ class Records:
 
     def _write_lent(self, found):
         os.makedirs(self.folder, exist_ok=True)
-        _write(os.path.join(self.folder, LENT), json.dumps(found) + "\n")
+        replace(os.path.join(self.folder, LENT), json.dumps(found) + "\n")
 
     def sheets(self, rig, function):
         """Writes the page of a function to sign, as HTML and as text. Returns both paths."""
@@ -81,18 +81,8 @@ class Records:
         its = [places[place.key] for place in [*rig.stages_of(function), function] if place.key in places]
         stem = os.path.join(self.folder, "commissioned_%s" % function.module)
         for ending, text in ((".html", as_html(self.machine, its)), (".txt", as_text(self.machine, its))):
-            _write(stem + ending, text)
+            replace(stem + ending, text)
         return stem + ".html", stem + ".txt"
-
-
-def _write(path, text):
-    """Whole or not at all."""
-    new = "%s.%s.new" % (path, secrets.token_hex(4))
-    with open(new, "w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    os.rename(new, path)
 
 
 # For gettext: _("function"), _("stage")

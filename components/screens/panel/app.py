@@ -44,7 +44,7 @@ class Panel:
         self.hal_file_values = hal_files.values_of_hal_files(ini) if ini.path else {}
         self.guard = Guard(self)
         self.page, self.pages, self.function_pages, self._opened = None, [], [], []
-        self._beats, self._beaten = None, time.monotonic()
+        self._beats, self._beaten, self._lived = None, time.monotonic(), set()
         self._ends = False
         self.window = Window(options.size, options.into, (options.theme or ini.get("PLUMB", "THEME", "light")) == "dark", Gtk.main_quit)
         self._list = WidgetList(options.widgets, self.window.gtk) if options.widgets else None
@@ -212,14 +212,22 @@ class Panel:
             GLib.timeout_add(ORPHANED, Gtk.main_quit)  # the screen around it may have crashed, and closes no window
 
     def _watch(self, values):
-        """Shows it when the realtime threads stand: their last values stay, and look as if all were well."""
+        """Shows it when LinuxCNC or its realtime threads have gone: the last values stay, and look as if all were well."""
         beats = [interlock.value(values, "heartbeat") for interlock in self.machine.of("interlock")]
         now = time.monotonic()
         if beats != self._beats:
             self._beats, self._beaten = beats, now
-            self.window.show_standstill(False)
+        lives = {"motion": "motion.motion-enabled" in values, "task": bool(self.values.get("task.alive"))}
+        self._lived |= {name for name, alive in lives.items() if alive}
+        if self._lived and not any(lives.values()):
+            text = _("LinuxCNC has ended: these values are old.")
         elif beats and now - self._beaten > self.options.standstill:
-            self.window.show_standstill(True)
+            text = _("The realtime threads stand still: these values are old. Is LinuxCNC still alive?")
+        elif "task" in self._lived and not lives["task"]:
+            text = _("LinuxCNC's task does not answer. Has LinuxCNC ended?")
+        else:
+            text = ""
+        self.window.show_standstill(text)
 
     # --- what pages use ---
 

@@ -213,8 +213,8 @@ class CentreHeightPage(FunctionPage):
         return 5 * math.hypot(self.get(values, "gauge-sigma", 0.0), 2 * self.get(values, "cut-repeatability", 0.0))
 
     def _store(self):
-        move = in_micrometres(self.get(self.panel.values, "y-move", 0.0))
-        self.panel.guard.once_asked(_("Store the height in the tool table? Y moves by {move} with its next word.").format(move=move),
+        self.panel.guard.once_asked(lambda: (_("Store the height in the tool table? Y moves by {move} with its next word.").format(
+            move=in_micrometres(self.get(self.panel.values, "y-move", 0.0))), []),
                         _("Store the height"), lambda: self.panel.mdi("M454", _("Store the height")))
 
     def refresh(self, values):

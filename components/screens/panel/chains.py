@@ -3,8 +3,8 @@
 
 import os
 import re
-import tempfile
 
+from panel import files
 from panel.hal_files import Ini
 from panel.texts import _
 
@@ -13,13 +13,16 @@ LINE = re.compile(r"(\s*CHAIN\s*=\s*)(.*?)(\s*)$")
 
 
 def place(ini):
-    """The file that has the chain. Raises OSError."""
+    """The file that has the chain; a link is followed within the folder of the INI file. Raises OSError."""
     path = ini.place("SQUARENESS", "CHAIN")
     if path.endswith(".expanded"):  # which LinuxCNC makes of the user's file at each start
         path = Ini(path[: -len(".expanded")]).place("SQUARENESS", "CHAIN")
     if not path:
         raise OSError(2, _("[SQUARENESS] of the INI file has no CHAIN"), ini.path)
-    return os.path.realpath(path)
+    real = os.path.realpath(path)
+    if os.path.islink(path) and os.path.commonpath([real, os.path.realpath(ini.folder)]) != os.path.realpath(ini.folder):
+        files.refuse_link(path)
+    return real
 
 
 def in_file(ini):
@@ -51,16 +54,4 @@ def write(path, chain):
             lines[number], changed = found[1] + chain + found[3], True
     if not changed:
         raise OSError(2, _("[SQUARENESS] of the INI file has no CHAIN"), path)
-    there = os.stat(path)
-    with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(path), prefix=".chain-", delete=False, encoding="utf-8",
-                                     errors="surrogateescape", newline="") as file:
-        try:
-            file.write("".join(lines))
-            file.flush()
-            os.fchown(file.fileno(), there.st_uid, there.st_gid)
-            os.fchmod(file.fileno(), there.st_mode & 0o7777)
-            os.fsync(file.fileno())
-            os.replace(file.name, path)
-        except OSError as error:
-            os.unlink(file.name)
-            raise OSError(error.errno, error.strerror, path) from None
+    files.replace(path, "".join(lines), like=os.stat(path))

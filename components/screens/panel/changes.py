@@ -10,6 +10,8 @@ import re
 import time
 import zlib
 
+from panel.files import open_own
+
 CHECKED = re.compile(rb"(\{.*\}) ([0-9a-f]{8})")
 Change = collections.namedtuple("Change", "time who pin old new why deed", defaults=("",))
 Change.__doc__ = "time is in s since 1970; old and new are texts as setp takes them; why is '' or such as 'undo'; what was written together has one deed."
@@ -26,7 +28,7 @@ class ChangeLog:
     @contextlib.contextmanager
     def alone(self):
         """While the block runs, no other screen changes a setting. Raises OSError."""
-        with open(self.path + ".lock", "a", encoding="utf-8") as lock:
+        with open_own(self.path + ".lock", "ab") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
@@ -34,7 +36,7 @@ class ChangeLog:
         """Raises OSError."""
         self._unwritten.append(change)
         texts = [json.dumps(each._asdict()).encode("ascii") for each in self._unwritten]
-        with open(self.path, "ab+") as file:
+        with open_own(self.path, "ab+") as file:
             if file.tell() and os.pread(file.fileno(), 1, file.tell() - 1) != b"\n":
                 file.write(b"\n")  # behind a torn line
             file.write(b"".join(text + b" %08x\n" % zlib.crc32(text) for text in texts))

@@ -5,7 +5,7 @@ import math
 
 from gi.repository import Gtk
 
-from panel import chopping_orders, style as styles
+from panel import chopping_orders, effects, style as styles
 from panel.chopping_stroke_page import SectionsPage, StrokePage
 from panel.function_page import FunctionPage
 from panel.texts import _, in_micrometres, number, position, with_unit
@@ -47,9 +47,12 @@ class ChoppingPage(FunctionPage):
         self.panel.guard.at_once(_("Stop strokes"), lambda: self.panel.pulse(self.instance.full("stop")), needed="view")
 
     def _withdraw(self):
-        away = with_unit(round(-float(self.panel.hal.get(self.instance.full("offset"))), 4), "mu")
-        self.panel.guard.once_asked(_("Move the axis to point R? It moves by {distance}.").format(distance=away), _("Move the axis"),
-                                    lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)
+        def question():
+            values = self.panel.guard.values()
+            away = effects.Move(_("the stroking axis"), -float(self.get(values, "offset")), True)
+            return _("Move the axis to point R?"), [] if self.get(values, "active") else [away]
+
+        self.panel.guard.once_asked(question, _("Move the axis"), lambda: self.panel.pulse(self.instance.full("go-to-end")), must_be_safe=False)
 
     def _hold(self):
         """A hold comes at once; the axis goes on after a question."""
@@ -57,7 +60,7 @@ class ChoppingPage(FunctionPage):
         if not self.panel.hal.get(pin):
             self.panel.guard.at_once(_("Hold / go on"), lambda: self.panel.write(pin, "1", "button"), needed="view")
         else:
-            self.panel.guard.once_asked(_("Go on with the strokes?"), _("Go on"), lambda: self.panel.write(pin, "0", "button"), must_be_safe=False)
+            self.panel.guard.once_asked(lambda: (_("Go on with the strokes?"), []), _("Go on"), lambda: self.panel.write(pin, "0", "button"), must_be_safe=False)
 
     def _faster(self, step):
         pin = self.instance.full("override")

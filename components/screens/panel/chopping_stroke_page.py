@@ -73,7 +73,7 @@ class StrokePage(EntryPage):
         away = stroke.end - self._get("position")
         if not self._strokes() and abs(away) > 5e-7:
             words += " " + _("First the axis moves to point R, by {distance}.").format(distance=with_unit(round(away, 6), "mu"))
-        self.panel.guard.once_asked(words, _("Change now") if self._strokes() else _("Start"), lambda: self._order(stroke, action))
+        self.panel.guard.once_asked(lambda: (words, []), _("Change now") if self._strokes() else _("Start"), lambda: self._order(stroke, action))
 
     def _order(self, stroke, action):
         page, panel = self.page, self.panel

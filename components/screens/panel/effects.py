@@ -16,6 +16,7 @@ Move = collections.namedtuple("Move", "axis by exact")
 Move.__doc__ = "by is in machine units; if it is not exact, it is the largest distance either way."
 
 ANNOUNCED = 0.001  # mm by which a move may differ from the announced one
+LONG = 1  # mu, that is not shown in micrometres
 SMALLEST = 5e-8  # mu, that counts as a move
 
 # Settings of functions that move no axis when they are written: they act on contacts to come, or on rates and messages.
@@ -72,10 +73,15 @@ def are_same(moves, announced):
 
 def in_words(moves):
     """A sentence for a question; '' if nothing moves."""
-    exact = ", ".join("%s %s" % (move.axis, in_micrometres(float(move.by))) for move in moves if move.exact)
+    exact = ", ".join("%s %s" % (move.axis, _by(float(move.by))) for move in moves if move.exact)
     bounds = ", ".join("%s \u00b1%s" % (move.axis, with_unit(abs(float(move.by)), "mu")) for move in moves if not move.exact)
     return " ".join(text for text in (_("It moves: {moves}.").format(moves=exact) if exact else "",
                                       _("It may move, at most: {moves}.").format(moves=bounds) if bounds else "") if text)
+
+
+def _by(distance):
+    """A distance with its sign: in micrometres, or in the machine unit where it is long."""
+    return ("+" if distance > 0 else "") + with_unit(round(distance, 4), "mu") if abs(distance) >= LONG else in_micrometres(distance)
 
 
 def _of_squareness(machine, instance, changes, values, chain_program):

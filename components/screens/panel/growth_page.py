@@ -5,7 +5,7 @@ import collections
 import json
 import time
 
-from panel import growth_state, references
+from panel import effects, growth_state, references
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
 from panel.growth_question import OriginQuestion, ShiftQuestion
@@ -70,11 +70,13 @@ class GrowthPage(FunctionPage):
 
     def refresh(self, values):
         super().refresh(values)
-        for name, short in ((_("Growth"), "growth-estimate"), (_("Offset wanted"), "z-offset"), (_("Offset in force"), "applied-offset")):
+        known = self.get(values, "growth-known", True)
+        self._figures.show_value(_("Growth"), in_micrometres(float(self.get(values, "growth-estimate"))) if known else _("unknown"))
+        for name, short in ((_("Offset wanted"), "z-offset"), (_("Offset in force"), "applied-offset")):
             self._figures.show_value(name, in_micrometres(float(self.get(values, short))))
         self._load.show_load(float(self.get(values, "load")), float(self.get(values, "threshold")), bool(self.get(values, "load-valid", True)))
         sigma = in_micrometres(2 * float(self.get(values, "offset-sigma"))).lstrip("+")
-        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma)
+        self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + sigma if known else _("unknown"))
         for question in self._questions:
             question.show_question(values)
         set_text(self._reference, growth_state.reference(self.instance, values))
@@ -98,10 +100,11 @@ class GrowthPage(FunctionPage):
     # --- buttons ---
 
     def _learn(self):
-        text = _("Learn from the next part? The machine must be cold, and the offset must be taken back. Nothing moves now.")
-        rows = self.get(self.panel.values, "rows")
-        if rows:
-            text += " " + _("It replaces the kept reference of {count} contacts.").format(count=rows)
+        def question():
+            text = _("Learn from the next part? The machine must be cold, and the offset must be taken back. Nothing moves now.")
+            rows = self.get(self.panel.values, "rows")
+            return (text + " " + _("It replaces the kept reference of {count} contacts.").format(count=rows) if rows else text), []
+
         by_pin = "learn" in self.instance.settings()
 
         def learn():
@@ -113,7 +116,7 @@ class GrowthPage(FunctionPage):
             else:
                 self.panel.mdi("M64 P2", _("Learn"), undo="M65 P2", together=former)
 
-        self.panel.guard.once_asked(text, _("Learn"), learn, must_be_safe=not by_pin)
+        self.panel.guard.once_asked(question, _("Learn"), learn, must_be_safe=not by_pin)
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))
@@ -122,8 +125,10 @@ class GrowthPage(FunctionPage):
                                 needed="operator", question=text, must_be_on=bool(on))
 
     def _take_back(self):
-        offset = in_micrometres(-float(self.panel.hal.get(self.instance.full("applied-offset"))))
-        self.panel.guard.once_asked(_("Take the offset back? Z moves by {offset}.").format(offset=offset), _("Take back"),
+        def question():
+            return _("Take the offset back?"), [effects.Move("Z", -float(self.get(self.panel.guard.values(), "applied-offset")), True)]
+
+        self.panel.guard.once_asked(question, _("Take back"),
                                     lambda: self.panel.mdi("O <take_back> call", _("Take back")))
 
     def _acknowledge(self):

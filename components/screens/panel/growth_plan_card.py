@@ -7,6 +7,7 @@ import subprocess
 
 from gi.repository import Gtk
 
+from panel.files import replace
 from panel.growth_logs import last_log
 from panel.growth_test_state import plan_in_words
 from panel.texts import _
@@ -51,12 +52,10 @@ class PlanCard(Gtk.Box):
         if not self._program:
             self._panel.say(_("{action}: refused. {why}").format(action=action, why=_("Choose how long the test may last.")), "warn")
             return
-        self._panel.guard.once_asked(_("Write {file}? The next test of planned.ngc has these cycles.").format(file=FILE), action, self._do,
+        self._panel.guard.once_asked(lambda: (_("Write {file}? The next test of planned.ngc has these cycles.").format(file=FILE), []), action, self._do,
                                      must_be_safe=False, must_be_idle=True)
 
     def _do(self):
         path = os.path.join(self._panel.ini.folder or ".", FILE)
-        with open(path + ".new", "w", encoding="ascii") as file:
-            file.write(self._program)
-        os.replace(path + ".new", path)
+        replace(path, self._program)
         self._panel.say(_("{file} is written.").format(file=path))

@@ -55,15 +55,15 @@ class ShiftQuestion(Question):
             shift=in_micrometres(self._page.get(values, "shift-size", 0.0)))
 
     def _is_not_growth(self):
-        self._page.panel.guard.once_asked(_("Change the reference by {shift}? It stays so after a restart. Z does not move.").format(
-            shift=in_micrometres(self._page.get(self._page.panel.values, "shift-size", 0.0))), _("Change the reference"),
+        self._page.panel.guard.once_asked(lambda: (_("Change the reference by {shift}? It stays so after a restart. Z does not move.").format(
+            shift=in_micrometres(self._page.get(self._page.panel.values, "shift-size", 0.0))), []), _("Change the reference"),
             lambda: self._give(NOT_GROWTH, _("It is not growth")), must_be_safe=False)
 
     def _is_growth(self):
         """In a program that waits for the answer, Z may move."""
         page, values = self._page, self._page.panel.guard.values()
         must_be_safe = bool(self._moves(values)) and not page.get(values, "wait", False)
-        page.panel.guard.once_asked(" ".join((_("Correct the shift as growth?"), self._effect(values))), _("Correct it"),
+        page.panel.guard.once_asked(lambda: (" ".join((_("Correct the shift as growth?"), self._effect(page.panel.guard.values()))), []), _("Correct it"),
                                     lambda: self._give(GROWTH, _("It is growth")), must_be_safe=must_be_safe)
 
     def _give(self, short, action):
@@ -94,5 +94,5 @@ class OriginQuestion(Question):
         self._ask(_("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)) if size else "")
 
     def _give(self, pin, name):
-        self._page.panel.guard.once_asked(_("{reason}: is that right?").format(reason=name), name,
+        self._page.panel.guard.once_asked(lambda: (_("{reason}: is that right?").format(reason=name), []), name,
                                           lambda: self._page.panel.pulse(self._page.instance.full(pin)), must_be_safe=False)

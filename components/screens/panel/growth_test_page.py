@@ -108,7 +108,7 @@ class GrowthTestPage(FunctionPage):
             why = self.verdict(self.panel.values)[1] if interrupted else _("There is no interrupted test.")
             self.panel.say(_("{action}: refused. {why}").format(action=action, why=why), "warn")
             return
-        self.panel.guard.once_asked(_("Start {program}? The axes move, and the probe touches.").format(program=name), action,
+        self.panel.guard.once_asked(lambda: (_("Start {program}? The axes move, and the probe touches.").format(program=name), []), action,
                                     lambda: self.panel.start(os.path.join(self.panel.ini.folder, name), action))
 
     def _stop(self):

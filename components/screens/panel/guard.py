@@ -30,8 +30,9 @@ class Guard:
         if not self._refused(action, self._panel.access.refusal(needed)):
             self._do(action, do)
 
-    def once_asked(self, text, action, do, needed="operator", must_be_safe=True, must_be_idle=False):
-        """One question; it is refused, with the reason, while the machine cannot move safely, or is not idle."""
+    def once_asked(self, question, action, do, needed="operator", must_be_safe=True, must_be_idle=False):
+        """One question, as question() gives it with the moves that it announces; it is asked again if it has changed before the answer.
+        It is refused, with the reason, while the machine cannot move safely, or is not idle."""
         def refused():
             why = self._panel.access.refusal(needed)
             if not why and must_be_safe:
@@ -40,8 +41,17 @@ class Guard:
                 why = access.busy(self.values())
             return self._refused(action, why)
 
-        if not refused():
-            self._panel.ask(text, action, lambda: refused() or self._do(action, do))
+        def ask(announced=None):
+            if refused():
+                return
+            text, moves = question()
+            if announced and announced[0] == text and effects.are_same(moves, announced[1]):
+                self._do(action, do)
+                return
+            words = (_("The question has changed.") if announced else "", text, effects.in_words(moves))
+            self._panel.ask(" ".join(filter(None, words)), action, lambda: ask((text, moves)))
+
+        ask()
 
     def _refused(self, action, why):
         if why:
@@ -157,7 +167,7 @@ class Guard:
             self._undo_learning(former, writes, lines, action)
             return
         for line in lines:
-            self.once_asked(_("Undo by {line}?").format(line=line), action, lambda line=line: panel.mdi(line, action))
+            self.once_asked(lambda line=line: (_("Undo by {line}?").format(line=line), []), action, lambda line=line: panel.mdi(line, action))
         if not writes:
             return
         names = ", ".join("%s %s" % (write.name, _shown(write)) for write in writes)
@@ -189,12 +199,14 @@ class Guard:
                     panel.mdi(line, action)
             panel.say(_("The former reference is in force."))
 
-        values = self.values()
-        moves = [effects.Move("Z", -instance.value(values, "applied-offset", 0.0), True) for instance, _text in former]
-        moves = [move for move in moves if abs(move.by) > effects.SMALLEST]
-        counts = ", ".join(references.as_words(text) for _instance, text in former)
-        text = " ".join((_("Put the former reference in force again ({contacts})?").format(contacts=counts), effects.in_words(moves)))
-        self.once_asked(text.strip(), action, do, must_be_safe=bool(moves), must_be_idle=True)
+        def question():
+            values = self.values()
+            moves = [effects.Move("Z", -instance.value(values, "applied-offset", 0.0), True) for instance, _text in former]
+            counts = ", ".join(references.as_words(text) for _instance, text in former)
+            return (_("Put the former reference in force again ({contacts})?").format(contacts=counts),
+                    [move for move in moves if abs(move.by) > effects.SMALLEST])
+
+        self.once_asked(question, action, do, must_be_safe=bool(question()[1]), must_be_idle=True)
 
     # --- the chain of squareness ---
 

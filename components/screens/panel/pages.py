@@ -3,7 +3,7 @@
 
 import time
 
-from panel import references, settings as settings_module, status
+from panel import misloaded, references, settings as settings_module, status
 from panel.settings import CHAIN, MDI, REFERENCE, Write
 from panel.texts import _, number, seconds, unit_name, with_unit
 from panel.waiting import waiting
@@ -61,7 +61,8 @@ class Overview(Page):
     def refresh(self, values):
         for page, verdict in self._verdicts:
             verdict.show_verdict(*page.verdict(values))
-        set_text(self._waiting, "\n".join("\u25b2 " + text for text in waiting(self.panel.machine, values)))
+        machine = self.panel.machine
+        set_text(self._waiting, "\n".join("\u25b2 " + text for text in [*waiting(machine, values), *misloaded.warnings(machine, values)]))
         faults = []
         for instance in self.panel.machine.instances:
             kind, words = state_of(instance, values)
@@ -103,14 +104,14 @@ def state_of(instance, values):
     if not any(pin.name in values for pin in instance.pins.values()):
         return "bad", _("{name} is not loaded any more.").format(name=instance.name)
     if instance.value(values, "fault"):
-        return "bad", _(instance.sentence(values, "fault-code")) or _("A fault is active.")
+        return "bad", status.named(instance, values, instance.sentence(values, "fault-code")) or _("A fault is active.")
     for short, pin in instance.pins.items():
         value = values.get(pin.name)
         if isinstance(value, float) and value != value:
             return "warn", _("{pin} is not a number.").format(pin=pin.name)
     for short in instance.declared.codes:
         if short != "fault-code" and not short.startswith("state") and instance.value(values, short[: -len("-code")]):
-            return "warn", _(instance.sentence(values, short))
+            return "warn", status.named(instance, values, instance.sentence(values, short))
     return "good", _("No fault.")
 
 
@@ -225,6 +226,8 @@ class Edit(Page):
         self._file = panel.hal_file_values.get(pin.name)
         facts.append(label(_("In {file}: {value}").format(file=self._file[1], value=with_unit(_number(self._file[0]), self._unit))
                            if self._file else _("No HAL file sets it."), "soft"))
+        if short in misloaded.bounds_in_millimetres(instance, panel.values):
+            facts.append(label("\u25b2 " + misloaded.in_millimetres(instance, short, panel.values), "warn"))
         self._kept = label("", "soft")
         self._history = label("", "soft")
         facts += [self._kept, self._history]

@@ -8,11 +8,10 @@ import math
 import os
 import random
 import re
-import tempfile
 import time
 import tomllib
 
-from panel import chains
+from panel import chains, files
 from panel.changes import Change, ChangeLog, now
 from panel.texts import _, with_unit
 
@@ -296,13 +295,7 @@ class Settings:
                  "machine = " + json.dumps(machine)]
         lines += ["%s = %s" % (key, json.dumps(value)) for key, value in content.items() if key in ("store", "every")]
         lines += ["pins = [", *("    %s," % json.dumps(pin) for pin in pins), "]"]
-        folder = os.path.dirname(self.kept_file)
-        with tempfile.NamedTemporaryFile("w", dir=folder, prefix=".panel-", delete=False, encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(file.name, 0o644)
-        os.replace(file.name, self.kept_file)
+        files.replace(self.kept_file, "\n".join(lines) + "\n")
 
     def retain_state(self, values):
         """Why plumb-retain does not keep the settings of the screens; '' if it does."""

@@ -8,6 +8,7 @@ import tempfile
 import time
 
 from panel import texts
+from panel.files import replace
 from panel.squareness_state import angles
 from panel.texts import _
 
@@ -54,10 +55,8 @@ def keep_uncertainty(folder, result):
     measured = set().union(*new)
     former = [{name: factor for name, factor in cause.items() if name not in measured} for cause in kept["causes"]]
     angles_of_now = {its["name"]: {"angle": its["angle"], "date": time.strftime("%Y-%m-%d")} for its in result["settled"] if its["name"] in measured}
-    path = os.path.join(folder, FILE)
-    with open(path + ".new", "w", encoding="ascii") as file:
-        json.dump({"angles": {**kept["angles"], **angles_of_now}, "causes": [cause for cause in former if cause] + new}, file, indent=1)
-    os.replace(path + ".new", path)
+    content = {"angles": {**kept["angles"], **angles_of_now}, "causes": [cause for cause in former if cause] + new}
+    replace(os.path.join(folder, FILE), json.dumps(content, indent=1))
 
 
 def of_angles(folder, instance, values):

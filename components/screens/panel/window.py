@@ -7,7 +7,7 @@ from panel import style as styles
 from panel.embedding import forward_keys, is_viewable, put_into
 from panel.messages import Messages
 from panel.texts import _
-from panel.widgets import button, choose, clear, column, grow, label, row, scrolled, style
+from panel.widgets import button, choose, clear, column, grow, label, row, scrolled, set_text, style
 
 NARROW = 760  # px
 SIDE = 184  # px
@@ -33,8 +33,7 @@ class Window:
         self._stack.set_border_width(8)
         self._stack.grows = True
         self.messages = Messages()
-        text = _("The realtime threads stand still: these values are old. Is LinuxCNC still alive?")
-        self._standstill = style(label(styles.SYMBOL["bad"] + "  " + text), "bad", "message")
+        self._standstill = style(label(""), "bad", "message")
         self._standstill.set_no_show_all(True)
         content = row(navigation, grow(self._stack), spacing=0)
         content.grows = True
@@ -130,8 +129,10 @@ class Window:
         for child in self._stack.get_children():
             self._stack.remove(child)
 
-    def show_standstill(self, stands):
-        self._standstill.set_visible(stands)
+    def show_standstill(self, text):
+        """Why the values are old; '' if they are not."""
+        set_text(self._standstill, styles.SYMBOL["bad"] + "  " + text)
+        self._standstill.set_visible(bool(text))
 
     def is_seen(self):
         """Whether the window and all around it are on the screen."""

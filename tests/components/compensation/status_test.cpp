@@ -137,7 +137,7 @@ TEST(CommonStatus, HasASentenceForEachServiceAndNoneElsewhere) {
             EXPECT_NE(std::string(its.sentence).find("ervice " + std::to_string(number)), std::string::npos);
             EXPECT_STRNE(its.remedy, "");
         }
-    for (const std::int32_t number : {-2147483647 - 1, -1, 0, 14, 15, 40, 99, 2147483647})
+    for (const std::int32_t number : {-2147483647 - 1, -1, 0, 15, 40, 99, 2147483647})
         EXPECT_FALSE(hal::is_common(number)) << number;
 }
 
@@ -326,6 +326,8 @@ TEST(ChoppingStatus, StrokesHeldAwayAndAtRestAreFour) {
           },
           S::away, Kind::warn},
          {"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+         {"where machine off ended a stroke", [](auto& its) { its.stands_off = its.on = true; },
+          S::stands_off, Kind::warn},
          {"task has died", [](auto& its) { its.interlock = of<S>(hal::of_service(Common::lost, 4)); },
           of<S>(hal::of_service(Common::lost, 4)), Kind::bad},
          {"off", [](auto& its) { its.on = false; }, of<S>(Common::machine_off), Kind::wait},

@@ -17,7 +17,8 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import access, changes, growth_logs, growth_test_state, hal_files, machine, references, settings, status, texts, waiting  # noqa: E402
+from commissioning.records import Records  # noqa: E402
+from panel import access, changes, files, growth_logs, growth_test_state, hal_files, machine, references, settings, status, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
@@ -458,6 +459,49 @@ class Unwritable(WithHost):
         screen.hal = Stuck(self.host)
         with self.assertRaisesRegex(settings.Refused, "growth.gate-cap is 0.001 mm now.$"):
             screen.change(self.growth, "gate-cap", "0.001")  # below gate-floor
+
+
+class Links(WithHost):
+    """A link leads into another file: none is followed, not by commission either."""
+
+    def setUp(self):
+        super().setUp()
+        self.victim = os.path.join(own_folder(self), "victim")
+        with open(self.victim, "w") as file:
+            file.write("as it was\n")
+
+    def link(self, name):
+        os.symlink(self.victim, os.path.join(self.folder, name))
+
+    def check(self):
+        with open(self.victim) as file:
+            self.assertEqual(file.read(), "as it was\n")
+
+    def test_the_log_is_not_written_through_a_link(self):
+        self.link("panel_changes.log")
+        done = self.screen().change_all([settings.Write(self.growth, "window", "0.125")])
+        self.assertIn("panel_changes.log: it is a link, which is not followed.", done.lost)
+        self.assertEqual(self.hal.get("growth.window"), 0.125)
+        self.check()
+
+    def test_a_lock_that_is_a_link_or_a_pipe_is_refused(self):
+        path = os.path.join(self.folder, "panel_changes.log.lock")
+        for make in (lambda: self.link("panel_changes.log.lock"), lambda: os.mkfifo(path)):
+            make()
+            with self.assertRaisesRegex(settings.Refused, "growth.window is not changed."):
+                self.screen().change(self.growth, "window", "0.125")
+            os.unlink(path)
+        self.check()
+
+    def test_kept_settings_records_sheets_and_pictures_are_not_written_through_a_link(self):
+        for name in ("panel.toml", "commissioned.json", "squareness_uncertainty.json", "commissioned_squareness.html"):
+            self.link(name)
+            with self.subTest(name), self.assertRaisesRegex(OSError, "it is a link, which is not followed"):
+                files.replace(os.path.join(self.folder, name), "another")
+        records = Records(self.folder, "mill")
+        with self.assertRaises(OSError):
+            records._write({})  # noqa: SLF001
+        self.check()
 
 
 class Keeping(WithHost):

@@ -11,7 +11,7 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
-from panel import chains, effects, growth_state, hal_files, machine, squareness_program, status, waiting  # noqa: E402
+from panel import chains, effects, growth_state, hal_files, machine, misloaded, squareness_program, status, texts, waiting  # noqa: E402
 from panel.declared import Declared, read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 from panel.settings import Write  # noqa: E402
@@ -96,7 +96,8 @@ class Squareness(Machinery):
                 (("setp interlock.function-switch-0 1", "setp interlock.function-suspend-0 1"), "wait", "Suspended by the part program."),
                 (("setp interlock.function-suspend-0 0",), "good", "Corrects the tilts that were measured."),
                 (("setp x-stage.max-rate 0",), "bad", "The stage of an axis has a fault, and does not follow."),
-                (("setp square.max-rate 0",), "bad", "A fault is active. " + DECLARED["squareness"].sentence("fault-code", 4))):
+                (("setp square.max-rate 0",), "bad", "A fault is active. " + DECLARED["squareness"].sentence("fault-code", 4) +
+                 " square.max-rate: 0 mm/s is out of range: at least 0.000001 mm/s.")):
             with self.subTest(lines):
                 self.do(*lines, time=3)
                 self.assert_status("square", kind, text)
@@ -127,7 +128,9 @@ class Squareness(Machinery):
         self.assert_status("interlock", "good", "All functions that are switched on compensate.")
         self.assertFalse(self.host.get("interlock.attention"))
         for lines, stage, of_interlock in (
-                (("setp x-stage.offset-acceleration 0",), ("bad", "A fault is active. " + DECLARED["joint_offset"].sentence("fault-code", 5)),
+                (("setp x-stage.offset-acceleration 0",), ("bad", "A fault is active. A limit is not set or out of range: min-limit (\u22121000 mm) below max-limit (1000 mm) (both to 1e9), "
+                         "joint-acceleration (1000 mm/s2) or offset-acceleration (0 mm/s2) (0.001 to 1e9); the last good set stays in force, and "
+                         "without one no offset is applied."),
                  ("bad", "A stage has a fault, and its axis does not follow.")),
                 (("setp x-stage.offset-acceleration 500", "setp x-stage.min-limit -0.01", "setp x-stage.max-limit 0.01"),
                  ("warn", "The joint does not have all of its offset."), ("warn", "A limit of a stage prevents the full offset of its axis.")),
@@ -135,7 +138,7 @@ class Squareness(Machinery):
                 (("setp interlock.service-ready-0 0",), None,
                  ("warn", "A function is switched on, and a service that it needs is missing.")),
                 (("setp interlock.feed-services 256",), None,
-                 ("bad", "A fault is active. " + DECLARED["interlock"].sentence("fault-code", 2)))):
+                 ("bad", "A fault is active. " + DECLARED["interlock"].sentence("fault-code", 2).replace("feed-services", "feed-services (256)")))):
             with self.subTest(lines):
                 self.do(*lines, time=3)
                 if stage:
@@ -202,7 +205,7 @@ class Squareness(Machinery):
     def test_no_number_from_outside_is_a_status(self):
         self.ready()
         self.do("unlinkp square.interlock-status")
-        for number in (-1, 0, 14, 40, 99, -2147483648, 2147483647):
+        for number in (-1, 0, 15, 40, 99, -2147483648, 2147483647):
             self.do("setp square.interlock-status %d" % number)
             self.assert_status("square", "good", "Corrects the tilts that were measured.")
         self.do("setp square.interlock-status 24")
@@ -361,6 +364,36 @@ class Refusals(unittest.TestCase):
         self.assertEqual(len(set(seen)), len(seen))
 
 
+class Named(Machinery):
+    """A setting that keeps a component from its work is named, with its value and its limit."""
+
+    LINES = ("loadrt joint_offset names=x-stage", "loadrt thermal_displacement names=growth", "setp x-stage.min-limit 50", "setp x-stage.max-limit -20",
+             "addf growth.update servo-thread", "addf x-stage.update servo-thread")
+
+    def test_limits_that_contradict_each_other_have_their_values(self):
+        self.do("setp x-stage.joint-acceleration 1000", "setp x-stage.offset-acceleration 500")
+        self.assertRegex(self.status("x-stage").text, "min-limit \\(50 mm\\) below max-limit \\(\u221220 mm\\)")
+
+    def test_a_value_out_of_its_range_has_its_limit(self):
+        self.do("setp growth.max-rate 2")
+        self.assertTrue(self.status("growth").text.endswith("growth.max-rate: 2 mm/s is out of range: at most 1 mm/s."), self.status("growth").text)
+
+
+class Misloaded(Machinery):
+    LINES = ("loadrt axis_offset names=z-stage,y-stage unit=mm,inch", "loadrt thermal_displacement names=growth,other", "setp growth.max-offset 0.01",
+             "setp other.max-offset 0.01", "net growth-on interlock.function-enable-0 => growth.enable")
+
+    def test_a_default_in_mm_that_counts_as_inches_is_told(self):
+        self.assertEqual([text for text in misloaded.warnings(self.machine, self.values()) if "inch" in text], [])
+        texts.MACHINE_UNIT[0] = "in"
+        self.addCleanup(texts.MACHINE_UNIT.__setitem__, 0, "mm")
+        self.assertEqual([text for text in misloaded.warnings(self.machine, self.values()) if "inch" in text],
+                         ["z-stage.max-offset is 0.15 in, 3.81 mm: its default in mm counts as inches. Load axis_offset with unit=inch, or change it."])
+
+    def test_a_function_without_interlock_is_told(self):
+        self.assertEqual([text.split(":")[0] for text in misloaded.warnings(self.machine, self.values())], ["other works without interlock"])
+
+
 class Growth(Machinery):
     LINES = ("loadrt thermal_displacement names=growth", "net growth-on interlock.function-enable-0 => growth.enable", "setp interlock.function-services-0 1",
              "net growth-permission interlock.function-status-0 => growth.interlock-status",
@@ -445,6 +478,19 @@ class Chopping(Machinery):
         self.do("setp chop.motion-enabled 1", "setp chop.go-to-end 1", time=0.05)
         self.assert_status("chop", "warn", "The axis is on its way to point R.")
         self.do(time=3)
+        self.assert_status("chop", "off", "At rest at point R.")
+
+    def test_where_machine_off_ended_a_stroke_is_not_point_r(self):
+        self.do("setp chop.stage-released 0", "setp chop.run 1", time=2.1)
+        self.do("setp chop.feed-hold 1", time=2)
+        stood = self.host.get("chop.command")
+        self.do("setp chop.motion-enabled 0", "setp chop.stage-released 1", "setp chop.run 0", "setp chop.feed-hold 0")
+        self.do("setp chop.position %r" % stood, "setp chop.stage-released 0", "setp chop.motion-enabled 1")
+        self.assertEqual(self.host.get("chop.offset"), 0, "no offset comes from it")
+        away = ("\u2212%.4f" % (10 - stood)).rstrip("0").rstrip(".")
+        self.assert_status("chop", "warn", "The axis stands away from where the stroke began. Distance: %s mm." % away,
+                           "Jog it clear, or start strokes from here.")
+        self.do("setp chop.position 10")
         self.assert_status("chop", "off", "At rest at point R.")
 
     def test_a_refused_stroke_is_bad(self):
@@ -562,6 +608,13 @@ class Chains(unittest.TestCase):
             chains.write(self.path, "b-X-Y-Z-C-t")
         self.assertEqual(error.exception.filename, self.path)
         self.assertEqual(self.read(), "[SQUARENESS]\nX = 1\n")
+
+    def test_a_link_out_of_the_folder_is_not_followed(self):
+        other = os.path.join(own_folder(self), "other.ini")
+        self.write("[SQUARENESS]\nCHAIN = w-Z.b-X-Y-C-t\n", other)
+        os.symlink(other, self.path)
+        with self.assertRaisesRegex(OSError, "it is a link, which is not followed"):
+            chains.place(hal_files.Ini(self.path))
 
     def test_a_link_stays_a_link_and_an_included_file_is_found(self):
         included, link = os.path.join(self.folder, "own.inc"), os.path.join(self.folder, "square.inc")

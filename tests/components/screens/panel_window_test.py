@@ -230,6 +230,40 @@ class Window(unittest.TestCase):
         self.show({})
         finger.until(lambda: not finger.find("It is growth"), "the end of the question")
 
+    def test_a_question_that_has_changed_is_asked_again(self):
+        on = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "task.alive": True, "task.program": "idle"}
+        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+            self.host.command(line)
+        given = self.host.expect("given == 0", given="chop.go-to-end")
+        finger = self.panel_with({**on, "chop.offset": 0.5})
+        finger.press("Chopping")
+        finger.press("To point R")
+        finger.await_text("Move the axis to point R? It moves: the stroking axis \u2212500.0 \u00b5m.")
+        self.show({**on, "chop.offset": 30.0})
+        finger.rest()
+        finger.press("Move the axis")
+        finger.await_text("The question has changed. Move the axis to point R? It moves: the stroking axis \u221230 mm.")
+        self.assertEqual(self.answers(), set())
+        finger.press("Move the axis")
+        finger.until(lambda: self.answers() == {given}, "the order")
+
+    def test_growth_without_a_contact_is_unknown(self):
+        finger = self.panel_with({"growth.growth-known": False})
+        finger.press("Growth of Z")
+        finger.until(lambda: {"Growth: unknown", "Uncertainty (k=2): unknown"} <= {each["name"] for each in finger.widgets()}, "no growth that is known")
+        self.show({"growth.growth-known": True, "growth.growth-estimate": 0.012})
+        finger.until(lambda: "Growth: +12.0 \u00b5m" in [each["name"] for each in finger.widgets()], "the growth")
+
+    def test_a_panel_that_outlives_linuxcnc_says_so(self):
+        finger = self.panel_with({"motion.motion-enabled": True, "task.alive": True, "task.program": "idle"})
+        finger.press("All components")
+        self.show({"motion.motion-enabled": True, "task.alive": False})
+        finger.await_text("LinuxCNC's task does not answer. Has LinuxCNC ended?")
+        self.show({})
+        finger.await_text("LinuxCNC has ended: these values are old.")
+        self.show({"motion.motion-enabled": True, "task.alive": True, "task.program": "idle"})
+        finger.until(lambda: not finger.find_text("these values are old"), "the message to go")
+
     def test_a_change_of_the_origin_gets_its_reason_by_the_finger(self):
         finger = self.panel_with({"growth.origin-change": 0.008, "growth.doubt": True, "growth.doubt-code": 13, "growth.enable": True, "motion.motion-enabled": True,
                                    "motion.is-all-homed": True})
