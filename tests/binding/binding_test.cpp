@@ -7,6 +7,7 @@
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 
 #include <gmock/gmock.h>
 
@@ -41,7 +42,7 @@ std::string output_of(const std::string& command) {
 }
 
 struct Binding : testing::Test {
-    Module module{BUILD_DIR "/specimens/specimen.so"};
+    Module module{build_folder() + "/specimens/specimen.so"};
     Bench bench{Bench::Thread::servo, with_specimens()};
 
     std::string refusal(const std::string& line) {
@@ -233,8 +234,8 @@ TEST_F(Binding, RangeOfASettingIsOnThePageAndForPrograms) {
 }
 
 TEST_F(Binding, DeclarationsArePrintedForPrograms) {
-    const auto found =
-        nlohmann::json::parse(output_of(BUILD_DIR "/hal/manual --json " BUILD_DIR "/specimens/specimen.so"));
+    const auto found = nlohmann::json::parse(
+        output_of(build_folder() + "/hal/manual --json " + build_folder() + "/specimens/specimen.so"));
     const nlohmann::json y_offset{{"type", "float"}, {"output", false},      {"unit", "mu"},
                                   {"default", 0.5},  {"default_unit", "mm"}, {"sentence", "Offset of Y."}};
     EXPECT_EQ(found.at("name"), "specimen");
@@ -430,19 +431,19 @@ TEST_F(Walk, ForgetEmptiesTheList) {
 }
 
 TEST_F(Binding, ProgramsTakeNamePeriodAndOptions) {
-    bench.command("loadusr -W " BUILD_DIR "/specimens/specimen_program --start 40");
+    bench.command("loadusr -W " + build_folder() + "/specimens/specimen_program --start 40");
     EXPECT_GE(bench.get("specimen-program.calls"), 41);
     EXPECT_EQ(bench.get("specimen-program.period"), 0.1);
-    bench.command("loadusr -Wn mine " BUILD_DIR "/specimens/specimen_program mine --period 0.01");
+    bench.command("loadusr -Wn mine " + build_folder() + "/specimens/specimen_program mine --period 0.01");
     EXPECT_EQ(bench.get("mine.period"), 0.01);
     EXPECT_THAT(bench.client().programs(), testing::UnorderedElementsAre("specimen_program", "mine"));
     bench.command("unloadusr mine");
 }
 
 TEST_F(Binding, AProgramThatCannotStartGivesTheReason) {
-    EXPECT_THAT(refusal("loadusr -W " BUILD_DIR "/specimens/specimen_program --start -1"),
+    EXPECT_THAT(refusal("loadusr -W " + build_folder() + "/specimens/specimen_program --start -1"),
                 HasSubstr("is below 0"));
-    EXPECT_THAT(refusal("loadusr -Wn No " BUILD_DIR "/specimens/specimen_program No"),
+    EXPECT_THAT(refusal("loadusr -Wn No " + build_folder() + "/specimens/specimen_program No"),
                 HasSubstr("has a 'N'"));
 }
 

@@ -8,6 +8,7 @@
 #include "tests/support/impossible.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/rounds.hpp"
 
 #include <gmock/gmock.h>
@@ -178,7 +179,7 @@ struct Moving {
 };
 
 std::vector<Moving> moving(Bench& bench, const Live::Part& part) {
-    const Module module(BUILD_DIR "/modules/" + part.module + ".so");
+    const Module module(build_folder() + "/modules/" + part.module + ".so");
     std::vector<Moving> result;
     for (const hal::OffsetInfo& offset : hal::Declarations(module.model()).offsets) {
         const std::string pin = part.instance + "." + offset.value;
@@ -267,7 +268,7 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
 class Conformance : public testing::TestWithParam<std::string> {
 protected:
     const std::string name = GetParam();
-    const Module module{BUILD_DIR "/modules/" + name + ".so"};
+    const Module module{build_folder() + "/modules/" + name + ".so"};
 };
 
 TEST_P(Conformance, NamesUnitsAndSentences) {
@@ -295,7 +296,7 @@ TEST_P(Conformance, DestroysNothingWhenItsProcessExits) {
 }
 
 TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
-    const std::filesystem::path page = BUILD_DIR "/man/" + name + ".9";
+    const std::filesystem::path page = build_folder() + "/man/" + name + ".9";
     std::ifstream file(page);
     ASSERT_TRUE(file) << "no " << page;
     const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -306,7 +307,7 @@ TEST_P(Conformance, HasAManualPageThatNamesEveryPin) {
     const hal::Declarations declared(module.model());
     for (const hal::PinInfo& pin : declared.pins)
         EXPECT_NE(shown.find("NAME." + pin.name + "\n"), std::string::npos) << pin.name;
-    std::ifstream declarations(BUILD_DIR "/share/plumb/" + name + ".json");
+    std::ifstream declarations(build_folder() + "/share/plumb/" + name + ".json");
     const auto json = nlohmann::json::parse(declarations);
     EXPECT_EQ(json.contains("moves"), !declared.offsets.empty());
     for (const hal::OffsetInfo& offset : declared.offsets) {
@@ -391,7 +392,7 @@ TEST_P(Conformance, NeitherAllocatesNorCallsTheSystem) {
 
 TEST(ConformanceRules, CatchBadDeclarations) {
     EXPECT_THAT(
-        about_declarations(Module(BUILD_DIR "/specimens/sloppy.so").model(), "sloppy"),
+        about_declarations(Module(build_folder() + "/specimens/sloppy.so").model(), "sloppy"),
         testing::UnorderedElementsAre(
             "No_Unit: not lower case with dashes", "No_Unit: unit '' is not in the list",
             "a-name-longer-than-it-may-be: longer than 24 characters, which leaves 22 "
@@ -403,7 +404,7 @@ TEST(ConformanceRules, CatchBadDeclarations) {
 }
 
 TEST(ConformanceRules, CatchWhatIsDestroyedAtExit) {
-    EXPECT_TRUE(works_at_exit(BUILD_DIR "/specimens/sloppy.so"));
+    EXPECT_TRUE(works_at_exit(build_folder() + "/specimens/sloppy.so"));
 }
 
 std::string plain(std::string name) {
@@ -431,7 +432,7 @@ std::vector<Inputs> inputs_of_what_moves_an_axis() {
     constexpr std::size_t together = 8;
     std::vector<Inputs> result;
     for (const std::string& name : built_modules()) {
-        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const Module module(build_folder() + "/modules/" + name + ".so");
         const hal::Declarations declared(module.model());
         if (declared.offsets.empty()) continue;
         int number = 0;
@@ -451,7 +452,7 @@ class LiveConformance : public testing::TestWithParam<Inputs> {};
 TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
     const Live* const live = Live::of(GetParam().module);
     ASSERT_TRUE(live) << "no Live fixture for " << GetParam().module << ": see tests/live.hpp";
-    const Module module(BUILD_DIR "/modules/" + GetParam().module + ".so");
+    const Module module(build_folder() + "/modules/" + GetParam().module + ".so");
     for (const std::string& pin : GetParam().pins) {
         EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), pin), IsEmpty()) << pin;
     }
@@ -466,7 +467,7 @@ INSTANTIATE_TEST_SUITE_P(Each, LiveConformance, testing::ValuesIn(inputs_of_what
 std::vector<std::string> what_moves_an_axis(bool accelerates) {
     std::vector<std::string> result;
     for (const std::string& name : built_modules()) {
-        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const Module module(build_folder() + "/modules/" + name + ".so");
         const hal::Declarations declared(module.model());
         if (!declared.offsets.empty() && declared.offsets.front().acceleration.empty() != accelerates)
             result.push_back(name);
@@ -477,7 +478,7 @@ std::vector<std::string> what_moves_an_axis(bool accelerates) {
 class Moves : public testing::TestWithParam<std::string> {
 protected:
     const Live* const live = Live::of(GetParam());
-    const Module module{BUILD_DIR "/modules/" + GetParam() + ".so"};
+    const Module module{build_folder() + "/modules/" + GetParam() + ".so"};
     const hal::OffsetInfo offset = hal::Declarations(module.model()).offsets.front();
 };
 class MovesByItsAcceleration : public Moves {};
@@ -560,7 +561,7 @@ TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
                         },
                         1,
                         10};
-    const Module module(BUILD_DIR "/specimens/sloppy.so");
+    const Module module(build_folder() + "/specimens/sloppy.so");
     EXPECT_THAT(about_poison(trusting, hal::Declarations(module.model()), "in"),
                 testing::UnorderedElementsAre(testing::StartsWith("finite out"),
                                               testing::StartsWith("rate of it.out"),
@@ -571,7 +572,7 @@ TEST(ConformanceRules, CatchACompensationThatTrustsItsInputs) {
 
 std::vector<std::filesystem::path> configurations() {
     std::vector<std::filesystem::path> result;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(SOURCE_DIR "/configs"))
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(source_folder() + "/configs"))
         if (entry.path().filename() == "bench.hal") result.push_back(entry.path());
     std::sort(result.begin(), result.end());
     return result;
@@ -583,7 +584,7 @@ protected:
     const std::set<std::string> compensations = [] {
         std::set<std::string> names;
         for (const std::string& name : built_modules()) {
-            const Module module(BUILD_DIR "/modules/" + name + ".so");
+            const Module module(build_folder() + "/modules/" + name + ".so");
             if (!hal::Declarations(module.model()).offsets.empty() ||
                 module.model().role == hal::Role::compensation)
                 names.insert(name);

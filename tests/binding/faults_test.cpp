@@ -6,6 +6,7 @@
 #include "tests/support/attack.hpp"
 #include "tests/support/impossible.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 
 #include <rapidcheck.h>
 #include <rapidcheck/state.h>
@@ -26,8 +27,8 @@ namespace {
 // All that moves an axis in one HAL: a portal with thermal growth, its corrections, both stages, motion and
 // drives.
 void bring_all_to_life(Bench& bench) {
-    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
-    bench.source(SOURCE_DIR "/tests/support/all_live.hal");
+    bench.source(source_folder() + "/configs/mill/bench.hal");
+    bench.source(source_folder() + "/tests/support/all_live.hal");
     bench.set("program.cycle-interval", 60);
     bench.command("start");
     bench.run(71);
@@ -211,7 +212,7 @@ constexpr int attacks = 8;
 std::vector<std::string> functions_that_move_an_axis() {
     std::vector<std::string> result;
     for (const std::string& name : built_modules()) {
-        const Module module(BUILD_DIR "/modules/" + name + ".so");
+        const Module module(build_folder() + "/modules/" + name + ".so");
         const hal::Role role = module.model().role;
         if ((role == hal::Role::compensation || role == hal::Role::stage) &&
             !hal::Declarations(module.model()).offsets.empty())

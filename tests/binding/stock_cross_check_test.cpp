@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The virtual-time host computes the same as the machine would, to the last bit.
 #include "tests/support/stock_cross_check.hpp"
+#include "tests/support/place.hpp"
 
 #include "tests/support/bench.hpp"
 
@@ -45,7 +46,7 @@ start
 }
 
 TEST(StockCrossCheck, TheMillsBenchComputesTheSameInBoth) {
-    expect_same_records(SOURCE_DIR "/configs/mill/bench.hal",
+    expect_same_records(source_folder() + "/configs/mill/bench.hal",
                         {"program.z-position-cmd", "mill.z-position", "drive.load", "mill.truth-growth"}, 10);
 }
 

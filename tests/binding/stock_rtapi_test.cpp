@@ -2,6 +2,7 @@
 // How modules end with LinuxCNC's own rtapi_app.
 #include "tests/support/folder.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ struct StockRtapi : testing::Test {
     static void on_machine(const std::string& modules, const std::function<void()>& body) {
         MachineOptions options;
         options.as_root = false;  // a stock realtime does not run where root is the only user
-        options.modules = BUILD_DIR "/" + modules;
+        options.modules = build_folder() + "/" + modules;
         on_own_machine(
             [&] {
                 setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for
@@ -83,7 +84,7 @@ struct StockRtapi : testing::Test {
 TEST_F(StockRtapi, ComponentsAreNotDestroyedWhileThreadsRunWhenTheSystemEndsIt) {
     if (geteuid() != 0) GTEST_SKIP() << "not root: set-uid rtapi_app is given no LD_PRELOAD";
     on_machine("specimens", [] {
-        setenv("LD_PRELOAD", BUILD_DIR "/specimens/exit_on_sigterm.so", 1);
+        setenv("LD_PRELOAD", (build_folder() + "/specimens/exit_on_sigterm.so").c_str(), 1);
         make_notes();
         halcmd("loadrt threads name1=thread period1=1000000");
         halcmd("loadrt afterlife names=it notes=/tmp/notes");

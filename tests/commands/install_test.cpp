@@ -3,6 +3,7 @@
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 
 #include <gmock/gmock.h>
 
@@ -44,8 +45,8 @@ class Installed : public testing::Test {
 protected:
     void SetUp() override {
         // Everything is of this component; naming it leaves the list of a real installation alone.
-        const Ended ended = run("DESTDIR=" + stage.path().string() +
-                                " cmake --install " BUILD_DIR " --prefix /usr --component Unspecified");
+        const Ended ended = run("DESTDIR=" + stage.path().string() + " cmake --install " + build_folder() +
+                                " --prefix /usr --component Unspecified");
         ASSERT_EQ(ended.status, 0) << ended.output;
     }
 

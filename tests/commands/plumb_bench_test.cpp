@@ -2,6 +2,7 @@
 // `plumb bench` as its users meet it.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -24,7 +25,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-const std::string plumb_program = BUILD_DIR "/bin/plumb";
+const std::string plumb_program = build_folder() + "/bin/plumb";
 
 // A first-order lag of 1 s at 1 kHz: gain = 1 - exp(-0.001).
 const char* const lag = R"(loadrt threads name1=servo-thread period1=1000000
@@ -389,7 +390,8 @@ TEST(PlumbProgram, ManualPagesAreWithoutFault) {
          {"plumb", "plumb bench", "plumb doctor", "plumb run", "plumb squareness", "plumb-host"}) {
         const Folder folder;
         const std::string page = (folder / "page.1").string();
-        ASSERT_EQ(std::system((BUILD_DIR "/bin/" + std::string(command) + " --man > " + page).c_str()), 0);
+        ASSERT_EQ(std::system((build_folder() + "/bin/" + std::string(command) + " --man > " + page).c_str()),
+                  0);
         const Outcome lint = run_program({"/usr/bin/mandoc", "-T", "lint", page}, "/");
         EXPECT_EQ(lint.output, "");
         EXPECT_EQ(lint.status, 0);
@@ -413,9 +415,10 @@ TEST(PlumbProgram, HelpAndManualNameEveryOption) {
         EXPECT_THAT(man.output, HasSubstr(escaped));
     }
     EXPECT_EQ(run_program({plumb_program, "--help"}, "/").status, 0);
-    EXPECT_THAT(run_program({BUILD_DIR "/bin/plumb-host", "--help"}, "/").output, Not(HasSubstr(BUILD_DIR)));
+    EXPECT_THAT(run_program({build_folder() + "/bin/plumb-host", "--help"}, "/").output,
+                Not(HasSubstr(build_folder())));
     EXPECT_THAT(run_program({plumb_program, "--version"}, "/").output, ContainsRegex("^plumb [0-9]"));
-    EXPECT_THAT(run_program({BUILD_DIR "/bin/plumb-host", "--version"}, "/").output,
+    EXPECT_THAT(run_program({build_folder() + "/bin/plumb-host", "--version"}, "/").output,
                 ContainsRegex("^plumb-host [0-9]"));
     EXPECT_EQ(run_program({plumb_program}, "/").status, 2);
     EXPECT_EQ(run_program({plumb_program, "dance"}, "/").status, 2);

@@ -2,6 +2,7 @@
 // `plumb doctor` as its users meet it, on computers that have and lack this and that.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -47,21 +48,21 @@ using Files = std::map<std::string, std::string>;
 
 Files built_modules() {
     Files files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(BUILD_DIR "/modules"))
+    for (const fs::directory_entry& entry : fs::directory_iterator(build_folder() + "/modules"))
         files[entry.path().filename()] = contents(entry.path());
     return files;
 }
 
 Files built_declarations() {
     Files files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(BUILD_DIR "/share/plumb"))
+    for (const fs::directory_entry& entry : fs::directory_iterator(build_folder() + "/share/plumb"))
         if (entry.path().extension() == ".json") files[entry.path().filename()] = contents(entry.path());
     return files;
 }
 
 std::vector<fs::path> built_programs() {
     std::vector<fs::path> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(BUILD_DIR "/bin"))
+    for (const fs::directory_entry& entry : fs::directory_iterator(build_folder() + "/bin"))
         if (entry.path().filename() != "plumb-host") files.push_back(entry.path());
     return files;
 }
@@ -87,7 +88,7 @@ class PlumbDoctor : public testing::Test {
 protected:
     void on_computer(const std::function<void()>& body) {
         const Files modules = built ? built_modules() : Files(), declarations = built_declarations();
-        const std::string python = contents(BUILD_DIR "/python/plumb.py");
+        const std::string python = contents(build_folder() + "/python/plumb.py");
         MachineOptions options;
         options.programs = built_programs();
         options.as_root = as_root;
@@ -311,9 +312,10 @@ TEST_F(PlumbDoctor, LinuxCncOfAnotherLineIsWrong) {
             write("/tmp/first/linuxcnc_var", std::string("#!/bin/sh\necho ") + version + "\n");
             const Outcome outcome = doctor();
             EXPECT_EQ(outcome.status, 1);
-            EXPECT_THAT(outcome.output,
-                        Finds("WRONG", std::string("LinuxCNC ") + version + ": this Plumb was built for 2.9. *",
-                              "apt install --allow-downgrades 'linuxcnc-uspace=*2.9*'"));
+            EXPECT_THAT(
+                outcome.output,
+                Finds("WRONG", std::string("LinuxCNC ") + version + ": this Plumb was built for 2.9. *",
+                      "apt install --allow-downgrades 'linuxcnc-uspace=*2.9*'"));
         }
     });
 }
@@ -560,7 +562,7 @@ TEST_F(PlumbDoctor, AFolderThatIsCalledPlumbIsNoPythonModule) {
 }
 
 TEST(PlumbDoctorCommand, TakesNoArguments) {
-    const Outcome outcome = run_program({BUILD_DIR "/bin/plumb", "doctor", "now"}, "/");
+    const Outcome outcome = run_program({build_folder() + "/bin/plumb", "doctor", "now"}, "/");
     EXPECT_EQ(outcome.status, 2);
     EXPECT_THAT(outcome.errors, HasSubstr("now"));
 }

@@ -3,6 +3,7 @@
 // next one works. With halrun and with a complete LinuxCNC, under libfaketime.
 #include "tests/support/folder.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -174,7 +175,7 @@ protected:
 
 TEST_P(PlumbRunEnds, WithItsStatusAndLeavesNothing) {
     MachineOptions options = machine_of(role);
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [this] {
             write_subjects();
@@ -183,7 +184,8 @@ TEST_P(PlumbRunEnds, WithItsStatusAndLeavesNothing) {
                 const Outcome outcome = run_until(ending, subject, role);
                 EXPECT_EQ(outcome.status, status_of(ending, subject)) << outcome.output << outcome.errors;
                 if (ending == Ending::sigterm) {
-                    EXPECT_THAT(outcome.errors, HasSubstr("a signal (SIGTERM or SIGHUP) asked the run to end"));
+                    EXPECT_THAT(outcome.errors,
+                                HasSubstr("a signal (SIGTERM or SIGHUP) asked the run to end"));
                 }
             });
             child.await_success();
@@ -237,7 +239,7 @@ protected:
 // Of another user, of a host that lives, and files that only look alike.
 TEST_P(PlumbRunKilledAsAGroup, LeavesWhatTheNextStartRemovesAndNothingElse) {
     MachineOptions options = machine_of(role);
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [this] {
             write_subjects();
@@ -288,7 +290,7 @@ TEST_P(PlumbRunKilledAsAGroup, LeavesWhatTheNextStartRemovesAndNothingElse) {
 TEST_P(PlumbRunKilledAsAGroup, DoesNotTakeALivingRunWithIt) {
     if (role == Role::no_namespaces) GTEST_SKIP() << "there is one host at a time";
     MachineOptions options = machine_of(role);
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [this] {
             write_subjects();
@@ -319,7 +321,7 @@ INSTANTIATE_TEST_SUITE_P(, PlumbRunKilledAsAGroup,
 
 TEST(ATestThatIsKilled, TakesItsRunWithIt) {
     MachineOptions options;
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [] {
             Child test(true, [](Child& self) {

@@ -2,6 +2,7 @@
 // `plumb run` as its users meet it: its command line, its clocks, its clients, and its isolation.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <fcntl.h>
@@ -47,14 +48,14 @@ struct PlumbRun : testing::Test {
     // Where the system forbids namespaces, as containers do, a run goes without them.
     static bool namespaces() {
         static const bool have =
-            run_program({BUILD_DIR "/bin/plumb", "run", "true"}, "/").errors.find("no namespaces") ==
+            run_program({build_folder() + "/bin/plumb", "run", "true"}, "/").errors.find("no namespaces") ==
             std::string::npos;
         return have;
     }
 
     Outcome run(std::vector<std::string> words, const std::function<void(pid_t)>& meanwhile = {}) {
         if (!namespaces()) words.insert(words.begin(), "--no-namespaces");
-        words.insert(words.begin(), {BUILD_DIR "/bin/plumb", "run"});
+        words.insert(words.begin(), {build_folder() + "/bin/plumb", "run"});
         return run_program(words, folder.path(), meanwhile);
     }
 
@@ -101,7 +102,7 @@ TEST_F(PlumbRun, ExitStatusIsThatOfTheProgram) {
 TEST_F(PlumbRun, EndsWithItsTerminalUnlessItIsStartedUnderNohup) {
     const auto ends_with_terminal = [this](const std::string& disposition) {
         std::filesystem::remove(folder / "begun");
-        std::vector<std::string> words{"/usr/bin/env", disposition, BUILD_DIR "/bin/plumb", "run"};
+        std::vector<std::string> words{"/usr/bin/env", disposition, build_folder() + "/bin/plumb", "run"};
         if (!namespaces()) words.push_back("--no-namespaces");
         words.insert(words.end(), {"sh", "-c", "touch begun; sleep 0.5; exit 7"});
         return run_program(words, folder.path(), [this](pid_t keeper) {
@@ -144,7 +145,7 @@ TEST_F(PlumbRun, WrongCommandLinesAreOneSentenceEach) {
 TEST_F(PlumbRun, AHalcmdDoesNotWaitForEverForAProgramThatIsStopped) {
     const Outcome outcome = run_script({}, R"(
 halcmd loadrt or2 || exit
-/usr/bin/python3 )" SOURCE_DIR R"(/tests/programs/hal_lock_holder.py 48414c32 8 || exit
+/usr/bin/python3 )" + source_folder() + R"(/tests/programs/hal_lock_holder.py 48414c32 8 || exit
 halcmd -s show pin or2.0.out
 )");
     EXPECT_EQ(outcome.status, 0);
@@ -209,7 +210,8 @@ later=$(bash -c 'exec date +%s')
 ls /dev/shm | grep -c faketime_shm_
 echo $((later - inner)))");
     int memories = 0, seconds = 0;
-    ASSERT_TRUE(std::istringstream(outcome.output) >> memories >> seconds) << outcome.output << outcome.errors;
+    ASSERT_TRUE(std::istringstream(outcome.output) >> memories >> seconds)
+        << outcome.output << outcome.errors;
     EXPECT_EQ(memories, 1);
     EXPECT_GE(seconds, 9);
 }
@@ -260,7 +262,7 @@ TEST(PlumbRunOnAMachine, WithoutLibfaketimeItReportsItAndGoesOn) {
             EXPECT_THAT(outcome.errors, HasSubstr("libfaketime is not installed, so programs see"));
             EXPECT_EQ(run_program({"/tmp/bin/plumb", "run", "true"}, "/tmp").errors, "");
         },
-        {{}, {BUILD_DIR "/bin/plumb"}});
+        {{}, {build_folder() + "/bin/plumb"}});
 }
 
 // --- clients ---
@@ -433,7 +435,7 @@ class PlumbRunFiles : public testing::TestWithParam<Role> {
 protected:
     void on_machine(const std::function<void()>& body) {
         MachineOptions options = machine_of(GetParam());
-        options.programs = {BUILD_DIR "/bin/plumb"};
+        options.programs = {build_folder() + "/bin/plumb"};
         const bool root = GetParam() != Role::user;
         on_own_machine([&] { Child(root, [&](Child&) { body(); }).await_success(); }, options);
     }
@@ -508,7 +510,7 @@ chmod 640 /tmp/.Xresources; touch -d '2020-01-02 03:04:05 UTC' /tmp/linuxcnc.rep
 
 TEST_P(PlumbRunFiles, AFileThatAFullTmpDoesNotTakeIsReportedAndFailsTheRun) {
     MachineOptions options = machine_of(GetParam());
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     const auto run = [] {
         std::filesystem::create_directory("/tmp/inner");
         const std::string write =
@@ -684,7 +686,7 @@ TEST_F(PlumbRun, TheNetworkIsALoopbackUnlessItIsAskedFor) {
 TEST(PlumbRunBesideLinuxCnc, NeitherSeesTheOther) {
     MachineOptions options;
     options.as_root = false;  // a stock realtime does not run where root is the only user
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [] {
             setenv("RTAPI_UID", "65534", 1);  // which a stock realtime of root's asks for
@@ -719,7 +721,7 @@ TEST_F(PlumbRun, WithoutATerminalTheOutputOfLinuxcncStaysHere) {
     EXPECT_THAT(run({"echo", "grinder.ini"}).output, HasSubstr("grinder.ini"));
     EXPECT_THAT(run({"echo", "grinder.ini"}).output, Not(HasSubstr("-r")));
 
-    std::vector<std::string> words{BUILD_DIR "/bin/plumb", "run"};
+    std::vector<std::string> words{build_folder() + "/bin/plumb", "run"};
     if (!namespaces()) words.push_back("--no-namespaces");
     words.insert(words.end(), {script, "grinder.ini"});
     EXPECT_THAT(run_on_terminal(words, folder.path()).output, HasSubstr("given: grinder.ini"));
@@ -728,7 +730,7 @@ TEST_F(PlumbRun, WithoutATerminalTheOutputOfLinuxcncStaysHere) {
 // A LinuxCNC outside that starts or ends sends SIGTERM to all that pidof calls milltask.
 TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndReportsIt) {
     MachineOptions options;
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [] {
             std::filesystem::create_directory("/tmp/inner");
@@ -751,7 +753,7 @@ TEST(PlumbRunBesideLinuxCnc, ARunWhoseTaskIsEndedByItEndsAndReportsIt) {
 
 TEST(PlumbRunBesideLinuxCnc, ALinuxCncThatCleansUpSlowlyIsNotGivenUp) {
     MachineOptions options;
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [] {
             std::filesystem::create_directory("/tmp/inner");

@@ -2,6 +2,7 @@
 // `plumb squareness` as its users meet it.
 #include "components/commissioning/squareness/squareness_advice.hpp"
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -23,7 +24,7 @@ using testing::Not;
 using Texts = std::vector<std::string>;
 
 Outcome squareness(const Texts& arguments) {
-    Texts words{BUILD_DIR "/bin/plumb", "squareness"};
+    Texts words{build_folder() + "/bin/plumb", "squareness"};
     words.insert(words.end(), arguments.begin(), arguments.end());
     return run_program(words, "/");
 }
@@ -462,7 +463,7 @@ TEST(PlumbSquareness, PicturesOfTheReadmeAreThoseThatItDraws) {
         words.insert(words.end(), {"--picture", (folder.path() / name).string()});
         EXPECT_EQ(squareness(words).status, 0);
         EXPECT_EQ(contents(folder.path() / name),
-                  contents(std::string(SOURCE_DIR "/components/commissioning/squareness/") + name));
+                  contents(std::string(source_folder() + "/components/commissioning/squareness/") + name));
     }
 }
 

@@ -2,6 +2,7 @@
 // By an operator's measurements on the simulated machine, `plumb squareness` finds its tilts; and the test
 // move comes out as announced.
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <array>
@@ -28,7 +29,7 @@ std::string number(double value) {
 }
 
 std::string advice(const Texts& arguments) {
-    Texts words{BUILD_DIR "/bin/plumb", "squareness"};
+    Texts words{build_folder() + "/bin/plumb", "squareness"};
     words.insert(words.end(), arguments.begin(), arguments.end());
     const Outcome outcome = run_program(words, "/");
     EXPECT_EQ(outcome.status, 0) << outcome.errors;

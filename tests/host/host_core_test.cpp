@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 
 namespace plumb {
 namespace {
@@ -394,8 +395,8 @@ TEST_F(HostCore, AStoppedProgramThatHoldsALockOfHalIsNamed) {
         client::Client host(start);
         host.command("loadrt or2");
         for (const char* const place : {"48414c32 8", "48484c34 0"}) {
-            host.command("loadusr -w /usr/bin/python3 " SOURCE_DIR "/tests/programs/hal_lock_holder.py " +
-                         std::string(place));
+            host.command("loadusr -w /usr/bin/python3 " + source_folder() +
+                         "/tests/programs/hal_lock_holder.py " + std::string(place));
             host.command(place[3] == '1' ? "loadrt sum2" : "loadrt mult2");
         }
     }

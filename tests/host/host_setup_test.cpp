@@ -4,6 +4,7 @@
 #include "hal/host/faketime_library.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -42,7 +43,7 @@ void write_bench() {
 void without_namespaces(const std::function<void()>& body) {
     MachineOptions options;
     options.own_users = true;
-    options.programs = {BUILD_DIR "/bin/plumb"};
+    options.programs = {build_folder() + "/bin/plumb"};
     on_own_machine(
         [&] {
             std::ofstream("/proc/sys/user/max_ipc_namespaces") << 0;
@@ -111,7 +112,7 @@ protected:
 
     void on_machine(const std::function<void()>& body) const {
         MachineOptions options = machine_of(role);
-        options.programs = {BUILD_DIR "/bin/plumb"};
+        options.programs = {build_folder() + "/bin/plumb"};
         on_own_machine(body, options);
     }
 
@@ -186,7 +187,7 @@ struct HalLock : testing::Test {
     }
     static void on_machine(const std::function<void()>& body) {
         MachineOptions options;
-        options.programs = {BUILD_DIR "/bin/plumb"};
+        options.programs = {build_folder() + "/bin/plumb"};
         on_own_machine(
             [&] {
                 write_bench();

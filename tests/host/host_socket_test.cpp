@@ -3,6 +3,7 @@
 // client does not speak to them.
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gmock/gmock.h>
@@ -127,7 +128,7 @@ TEST_F(HostSocket, AClientDoesNotSpeakToAStranger) {
         } catch (const std::runtime_error& refusal) {
             EXPECT_STREQ(refusal.what(), "/tmp/socket belongs to user 65534, and is no host of yours");
         }
-        setenv("PYTHONPATH", BUILD_DIR "/python", 1);
+        setenv("PYTHONPATH", (build_folder() + "/python").c_str(), 1);
         const Outcome python =
             run_program({"/usr/bin/python3", "-c", "import plumb; plumb.Host(attach='/tmp/socket')"}, "/");
         EXPECT_NE(python.status, 0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/attack.hpp"
 
+#include "tests/support/place.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -14,7 +16,7 @@ constexpr double period = 0.001;  // s, of all live machines
 const hal::Declarations& declarations_of(const std::string& module) {
     struct Loaded {
         explicit Loaded(const std::string& name)
-            : module(BUILD_DIR "/modules/" + name + ".so"), declarations(module.model()) {}
+            : module(build_folder() + "/modules/" + name + ".so"), declarations(module.model()) {}
         Module module;
         hal::Declarations declarations;
     };

@@ -2,6 +2,7 @@
 #include "tests/support/bench.hpp"
 
 #include "tests/support/impossible.hpp"
+#include "tests/support/place.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -64,7 +65,7 @@ Table read_table(const std::filesystem::path& file) {
 
 client::Start with_specimens(bool guard) {
     client::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
+    start.modules = {build_folder() + "/specimens"};
     start.guard = guard;
     return start;
 }

@@ -2,6 +2,7 @@
 #include "tests/support/machine.hpp"
 
 #include "tests/support/folder.hpp"
+#include "tests/support/place.hpp"
 
 #include <gtest/gtest.h>
 
@@ -49,6 +50,28 @@ void write_file(const std::string& path, const std::string& text) {
     need(static_cast<bool>(out.flush()), path);
 }
 
+// A folder that is at its place again after a folder above it was covered: the clone may lie in /tmp.
+class KeptInSight {
+public:
+    explicit KeptInSight(const std::string& path)
+        : path_(path), folder_(open(path.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
+        need(folder_ >= 0, path);
+    }
+    ~KeptInSight() { close(folder_); }
+    KeptInSight(const KeptInSight&) = delete;
+
+    void show() const {
+        if (std::filesystem::is_directory(path_)) return;
+        std::filesystem::create_directories(path_);
+        const std::string covered = "/proc/self/fd/" + std::to_string(folder_);
+        need(mount(covered.c_str(), path_.c_str(), nullptr, MS_BIND | MS_REC, nullptr) == 0, path_.string());
+    }
+
+private:
+    std::filesystem::path path_;
+    int folder_;
+};
+
 void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     if (user != 0 || options.own_users) {
         write_file("/proc/self/setgroups", "deny");
@@ -58,9 +81,11 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
         write_file("/proc/self/gid_map", inside_group + std::to_string(group) + " 1");
     }
     std::vector<std::filesystem::path> programs = options.programs;
-    programs.push_back(BUILD_DIR "/bin/plumb-host");
-    std::vector<std::string> copies;  // of programs that may lie below the /tmp that is about to be covered
+    programs.push_back(build_folder() + "/bin/plumb-host");
+    std::vector<std::string> copies;  // of programs that may lie below a folder that is about to be covered
     for (const auto& program : programs) copies.push_back(contents(program));
+    const KeptInSight source(source_folder());
+    const KeptInSight build(build_folder());
     need(mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0, "private mounts");
     need(mount("proc", "/proc", "proc", 0, nullptr) == 0, "/proc");
     if (!options.modules.empty()) {
@@ -70,6 +95,8 @@ void furnish(const MachineOptions& options, uid_t user, gid_t group) {
     for (const char* folder : {"/tmp", "/run/lock", shared_memory_folder, home})
         if (std::filesystem::is_directory(folder))
             need(mount("tmpfs", folder, "tmpfs", 0, "mode=1777") == 0, folder);
+    source.show();
+    build.show();
     std::filesystem::create_directory("/tmp/bin");
     for (std::size_t i = 0; i < programs.size(); ++i) {
         const std::filesystem::path copy = "/tmp/bin" / programs[i].filename();
@@ -194,10 +221,16 @@ int shared_memory_segments() {
 }
 
 std::vector<std::string> files() {
+    const auto leads_to = [](const std::string& path, const std::string& folder) {
+        return (folder + "/").rfind(path + "/", 0) == 0;
+    };
     std::vector<std::string> found;
     for (const char* folder : {"/tmp", home, shared_memory_folder})
-        for (const auto& entry : std::filesystem::directory_iterator(folder))
-            if (entry.path() != "/tmp/bin") found.push_back(entry.path());
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+            const std::string path = entry.path();
+            if (path != "/tmp/bin" && !leads_to(path, source_folder()) && !leads_to(path, build_folder()))
+                found.push_back(path);
+        }
     return found;
 }
 

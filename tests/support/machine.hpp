@@ -43,7 +43,7 @@ struct Processes {
     static std::string name(pid_t process);
 };
 int shared_memory_segments();
-std::vector<std::string> files();  // in /tmp, but the programs, in HOME and in /dev/shm
+std::vector<std::string> files();  // in /tmp, but the programs and the clone, in HOME and in /dev/shm
 
 // Waits until no process, no segment and no file is left, for 20 s; fails the test if any is.
 void expect_nothing_left(const std::vector<std::string>& files_before);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "hal/manual.hpp"
+#include "tests/support/place.hpp"
 
 #include <dlfcn.h>
 
@@ -47,7 +48,7 @@ private:
 // The names of all modules in the build, sorted.
 inline std::vector<std::string> built_modules() {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(BUILD_DIR "/modules"))
+    for (const auto& entry : std::filesystem::directory_iterator(build_folder() + "/modules"))
         names.push_back(entry.path().stem());
     std::sort(names.begin(), names.end());
     return names;

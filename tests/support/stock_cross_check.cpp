@@ -3,6 +3,7 @@
 
 #include "tests/support/bench.hpp"
 #include "tests/support/machine.hpp"
+#include "tests/support/place.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -115,8 +116,8 @@ void expect_same_records(const std::filesystem::path& hal_file, const std::vecto
     const auto count = static_cast<std::size_t>(std::lround(seconds * 1000));
     MachineOptions machine;
     machine.as_root = false;  // a stock realtime does not run where root is the only user
-    machine.modules = BUILD_DIR "/modules";
-    machine.programs = {BUILD_DIR "/specimens/hal_stream_dump"};
+    machine.modules = build_folder() + "/modules";
+    machine.programs = {build_folder() + "/specimens/hal_stream_dump"};
     on_own_machine(
         [&] {
             std::ofstream("/tmp/file.hal") << file;

@@ -4,6 +4,7 @@
 #include "tests/support/hal_pins.hpp"
 #include "tests/support/impossible.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/rounds.hpp"
 
 #include <gmock/gmock.h>
@@ -1167,7 +1168,7 @@ TEST_F(CloseToCentre, UnequalDepthsCountInSigma) {
 // Whatever an input holds, no output is nonsense, and Y moves no further than max-move.
 TEST_F(CentreHeight, NoInputMakesNonsense) {
     const Lathe lathe;
-    const Module module(BUILD_DIR "/modules/centre_height.so");
+    const Module module(build_folder() + "/modules/centre_height.so");
     const hal::Declarations declared(module.model());
     for (const hal::PinInfo& pin : declared.pins)
         if (pin.output && pin.type == hal::Type::real)

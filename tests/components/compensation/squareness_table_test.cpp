@@ -2,6 +2,7 @@
 // squareness with tables of errors, which parabolas meet exactly.
 #include "tests/support/error_table_text.hpp"
 #include "tests/support/module.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/square.hpp"
 
 #include <gmock/gmock.h>
@@ -343,7 +344,7 @@ TEST(SquarenessTables, AreRefusedAtLoadWithFileLineAndReason) {
 }
 
 TEST(SquarenessTables, ExampleOfTheManualPageIsTaken) {
-    const Module module(BUILD_DIR "/modules/squareness.so");
+    const Module module(build_folder() + "/modules/squareness.so");
     const std::string margin = "\n    ", end = "# end, seal 3fd7b136, 2 rows\n";
     std::string page = module.model().about.page;
     for (std::size_t at = 0; (at = page.find(margin, at)) != std::string::npos;)

@@ -2,6 +2,7 @@
 #include "tests/support/bench.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/milling.hpp"
+#include "tests/support/place.hpp"
 
 #include <cmath>
 #include <limits>
@@ -16,7 +17,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // On the simulated mill, a part a minute: the second one is being cut, and the offset is on its way.
 void bring_to_life(Bench& bench) {
-    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    bench.source(source_folder() + "/configs/mill/bench.hal");
     bench.set("program.cycle-interval", 60);
     bench.command("net refused growth.reference-refused => growth.acknowledge");  // as an operator does
     bench.command("start");
@@ -860,7 +861,7 @@ TEST(ThermalDisplacement, ARefusalThatIsNettedToAcknowledgeIsJudgedAtEachStart) 
 TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
     for (const int learning_cycles : {1, 2}) {
         Bench bench(Bench::Thread::none);
-        bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+        bench.source(source_folder() + "/configs/mill/bench.hal");
         bench.set("growth.by-time", 1);
         bench.set("growth.clock-from-program", 1);
         bench.set("program.cycle-interval", 60);
@@ -876,7 +877,7 @@ TEST(ThermalDisplacement, AClockFromProgramStartWantsCyclesThatBeginAlike) {
 // The same, with a mark as each plunge begins to feed: the first part, on the cold machine, is the reference.
 TEST(ThermalDisplacement, AClockFromAMarkWantsNoCyclesThatBeginAlike) {
     Bench bench(Bench::Thread::none);
-    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    bench.source(source_folder() + "/configs/mill/bench.hal");
     for (const char* line :
          {"loadrt conv_s32_float names=motion", "loadrt comp names=feeding", "setp feeding.in0 1.5",
           "net motion-type => motion.in", "net motion-number motion.out => feeding.in1",
@@ -901,7 +902,7 @@ TEST(ThermalDisplacement, AClockFromAMarkWantsNoCyclesThatBeginAlike) {
 
 TEST(ThermalDisplacement, ByTimeALearningCycleWithoutAClockNamesIt) {
     Bench bench(Bench::Thread::none);
-    bench.source(SOURCE_DIR "/configs/mill/bench.hal");
+    bench.source(source_folder() + "/configs/mill/bench.hal");
     bench.command("unlinkp growth.start-height");
     bench.set("growth.start-height", -1000);
     bench.set("growth.by-time", 1);

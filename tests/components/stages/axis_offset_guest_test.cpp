@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // axis_offset with a guest, beside an axis at which the same guest has LinuxCNC's external offsets to itself.
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,7 @@ constexpr double count = 0.1 * um;  // of the stage
 
 client::Start with_specimens() {
     client::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
+    start.modules = {build_folder() + "/specimens"};
     return start;
 }
 

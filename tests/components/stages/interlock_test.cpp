@@ -3,6 +3,7 @@
 // with them.
 #include "hal/status.hpp"
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 
 #include <gmock/gmock.h>
 
@@ -25,7 +26,7 @@ constexpr int services = 8, functions = 6, stages = 17;
 
 // The table of the manual page whose first line begins with these words, without blank lines.
 std::string page_table(const std::string& first_words) {
-    std::ifstream page(SOURCE_DIR "/components/stages/interlock/interlock.page");
+    std::ifstream page(source_folder() + "/components/stages/interlock/interlock.page");
     std::string line, table;
     while (std::getline(page, line) && line.find("  " + first_words) != 0) continue;
     for (; page && !line.empty(); std::getline(page, line)) table += line + '\n';
@@ -439,7 +440,7 @@ INSTANTIATE_TEST_SUITE_P(Table, InterlockCompensated, testing::ValuesIn(rows_of(
                          row_name);
 
 TEST(Interlock, EachTableOfThePageIsTested) {
-    std::ifstream page(SOURCE_DIR "/components/stages/interlock/interlock.page");
+    std::ifstream page(source_folder() + "/components/stages/interlock/interlock.page");
     const std::string text{std::istreambuf_iterator<char>(page), {}};
     std::ptrdiff_t rows = 0;
     for (const std::string& table :

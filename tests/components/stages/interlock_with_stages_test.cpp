@@ -2,6 +2,7 @@
 // interlock with the stages that it arms, and what they do when it has gone: unloaded, or not called any
 // more.
 #include "tests/support/bench.hpp"
+#include "tests/support/place.hpp"
 
 #include <cmath>
 #include <string>
@@ -14,7 +15,7 @@ constexpr double ramp_rate = 0.1;  // mm/s, the default of both stages
 
 client::Start with_specimens() {
     client::Start start;
-    start.modules = {BUILD_DIR "/specimens"};
+    start.modules = {build_folder() + "/specimens"};
     return start;
 }
 
