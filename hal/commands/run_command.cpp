@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -192,12 +193,27 @@ DISPLAY, under timeout(1).)"},
          {"SIGNALS",
           "Ctrl-C and Ctrl-Z reach the program as usual; time continues while it is stopped. SIGTERM and "
           "SIGHUP ask it to "
-          "end, which the run reports; after ten seconds it is killed. Under nohup, it ignores SIGHUP. If any part is killed, the "
+          "end, which the run reports; after ten seconds it is killed. Under nohup, it ignores SIGHUP. If "
+          "any part is killed, the "
           "rest ends, and nothing is left "
           "behind. If all processes of a run are killed at once, its folder /tmp/plumb-host-* stays, and the "
           "next host of the same user removes it."}},
         ".BR plumb (1),\n.BR plumb\\-bench (1),\n.BR plumb\\-doctor (1),\n.BR halcmd (1),\n.BR halrun "
         "(1),\n.BR linuxcnc (1)"};
+}
+
+// Of the command line of linuxcnc: its INI file, if LinuxCNC cannot read it because its path has a blank.
+// LinuxCNC joins the lines #INCLUDE of a file by a shell that splits its path there.
+std::string unreadable_ini_of(const std::vector<std::string>& program) {
+    if (std::filesystem::path(program.front()).filename() != "linuxcnc") return "";
+    for (const std::string& word : program) {
+        const std::filesystem::path path = std::filesystem::absolute(word);
+        if (path.extension() != ".ini" || path.string().find_first_of(" \t\n") == std::string::npos) continue;
+        std::ifstream file(path);
+        for (std::string line; std::getline(file, line);)
+            if (line.rfind("#INCLUDE", 0) == 0) return path;
+    }
+    return "";
 }
 
 // Becomes the host that runs the program. Returns only by std::runtime_error, or the exit status 2 after a
@@ -207,6 +223,10 @@ int run(const RunOptions& options, std::vector<std::string> program) {
         std::cerr << "plumb run: no program is given. Run with --help for more information.\n";
         return 2;
     }
+    const std::string unreadable = unreadable_ini_of(program);
+    if (!unreadable.empty())
+        throw std::runtime_error("the path " + unreadable +
+                                 " has a blank, and LinuxCNC reads no #INCLUDE there; rename the folder");
     keep_output_of_linuxcnc(program);
     warn_of_remote_display(options);
     take_off_faked_clock();

@@ -92,6 +92,17 @@ halcmd unload all
 
 // --- the command line ---
 
+TEST_F(PlumbRun, AnIniFileThatLinuxCncCannotReadIsNamed) {
+    std::filesystem::create_directory(folder / "my machine");
+    folder.write("my machine/it.ini", "#INCLUDE more.inc\n");
+    const Outcome outcome = run({"linuxcnc", folder / "my machine/it.ini"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.errors, "plumb run: the path " + (folder / "my machine/it.ini").string() +
+                                  " has a blank, and LinuxCNC reads no #INCLUDE there; rename the folder\n");
+    folder.write("my machine/it.ini", "[HAL]\n");  // LinuxCNC reads it, and misses a display
+    EXPECT_THAT(run({"linuxcnc", folder / "my machine/it.ini"}).errors, Not(HasSubstr("rename the folder")));
+}
+
 TEST_F(PlumbRun, ExitStatusIsThatOfTheProgram) {
     EXPECT_EQ(run({"true"}).status, 0);
     EXPECT_EQ(run_script({}, "exit 7").status, 7);

@@ -37,8 +37,8 @@ class Example(unittest.TestCase):
 
     def test_each_place_that_a_copy_names_is_in_it_and_none_is_a_link(self):
         for name in CONFIGURATIONS:
-            self.assertEqual(self.example(name, "my " + name).returncode, 0)
-            folder = os.path.join(self.folder, "my " + name)
+            self.assertEqual(self.example(name, "my-" + name).returncode, 0)
+            folder = os.path.join(self.folder, "my-" + name)
             for path in files_in(folder):
                 place = os.path.join(folder, path)
                 self.assertTrue(stat.S_ISREG(os.lstat(place).st_mode), path)
@@ -71,6 +71,12 @@ class Example(unittest.TestCase):
             self.assertEqual(done.returncode, 1)
             self.assertEqual(done.stderr, "plumb example: %s is there already; give another folder: plumb example mill FOLDER\n" % path)
         self.assertEqual(files_in(os.path.join(self.folder, "folder")), set())
+
+    def test_a_path_that_linuxcnc_cannot_read_is_refused(self):
+        done = self.example("mill", "my mill")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("my mill has a blank, and LinuxCNC cannot read these INI files there", done.stderr)
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "my mill")))
 
     def test_a_folder_that_cannot_be_written_is_named(self):
         with open(os.path.join(self.folder, "file"), "w"):

@@ -5,6 +5,7 @@ The clone is seen in a folder of /tmp, and its own place is empty.
 """
 
 import os
+import shutil
 import subprocess
 import unittest
 
@@ -64,6 +65,16 @@ class SecondPlace(unittest.TestCase):
 
     def test_on_a_bus(self):
         self.run_there("env", "PLUMB_TEST_HAS_A_BUS=1", "tests/support/can_vm", str(PATIENCE), own_folder(self), *test(ON_A_BUS))
+
+
+class Blank(unittest.TestCase):
+    def test_the_tests_name_the_reason_and_end(self):
+        folder = os.path.join(own_folder(self), "my clone", "scripts")
+        os.makedirs(folder)
+        program = shutil.copy(os.path.join(ROOT, "scripts", "test"), folder)
+        done = subprocess.run([program], capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("my clone, has a blank", done.stderr.splitlines()[0])
 
 
 def test(words):

@@ -36,6 +36,8 @@ def main():
     folder = os.path.abspath(arguments.folder or arguments.name)
     if os.path.lexists(folder):
         return refuse("%s is there already; give another folder: plumb example %s FOLDER" % (folder, arguments.name), 1)
+    if re.search(r"\s", folder):
+        return refuse("the path %s has a blank, and LinuxCNC cannot read these INI files there; give another folder" % folder, 1)
     source = examples[arguments.name]
     names = files_of(source)
     try:
