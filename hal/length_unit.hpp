@@ -4,7 +4,7 @@
 //     hal::LengthUnit unit{this};
 //
 // gives a component the option unit=. Defaults are declared in millimetres; those of pins whose unit begins
-// with mu are converted when the pin is made. One value of the option holds for all instances.
+// with mu are converted when the pin is made.
 #pragma once
 
 #include "hal/registrar.hpp"
@@ -56,8 +56,7 @@ public:
     explicit LengthUnit(Component* owner)
         : millimetres_(millimetres_of_option(registrar(owner).add(OptionInfo{
               length_option, "mm",
-              "Machine unit of length: mm or inch, or as [TRAJ]LINEAR_UNITS has it. One for all "
-              "instances is enough. A unit that differs from LinuxCNC's INI file is refused."}))) {}
+              "Machine unit of length: mm or inch, or as [TRAJ]LINEAR_UNITS has it. A unit that differs from LinuxCNC's INI file is refused."}))) {}
     LengthUnit(const LengthUnit&) = delete;
     LengthUnit& operator=(const LengthUnit&) = delete;
 

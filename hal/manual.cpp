@@ -138,7 +138,7 @@ void write_see_also(std::ostream& out, const std::string& pages) {
 void write_options(std::ostream& out, const Declarations& declared, int section) {
     if (declared.options.empty()) return;
     out << ".SH OPTIONS\nGiven when the component is loaded"
-        << (section == 9 ? ", one value for each instance, separated by commas.\n" : ".\n");
+        << (section == 9 ? ", one value for each instance, separated by commas, or one for all.\n" : ".\n");
     for (const OptionInfo& option : declared.options)
         out << ".TP\n.B " << escaped(option.name)
             << "\n(default: " << (option.initial.empty() ? "none" : escaped(option.initial)) << ")\n.br\n"

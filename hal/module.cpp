@@ -95,15 +95,14 @@ Texts instance_names() {
     return result;
 }
 
-// The values of each option, one per instance.
+// The values of each option, one per instance. A single one holds for all.
 std::map<std::string, Texts> option_values(std::size_t instances) {
     std::map<std::string, Texts> result;
     for (const ModuleOption* option = module_options; option->name; ++option) {
         const char* const list = *option->values;
         if (!list) continue;
         Texts values = split(list);
-        if (values.size() == 1 && option->name == std::string(length_option))
-            values.assign(instances, values.front());
+        if (values.size() == 1) values.assign(instances, values.front());
         if (values.size() != instances)
             throw std::invalid_argument(std::string(option->name) + "=" + list + " gives " +
                                         std::to_string(values.size()) + " values for " +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// An option is a value given at load time, one per instance:
+// An option is a value given at load time, one per instance, or one for all:
 //
 //     loadrt squareness names=a,b table=/etc/a.csv,/etc/b.csv
 //

@@ -297,9 +297,18 @@ TEST_F(Binding, OptionsAreOnePerInstance) {
     EXPECT_EQ(bench.get("b.gain-found"), 0.5);
 }
 
+TEST_F(Binding, OneValueOfAnOptionHoldsForAllInstances) {
+    bench.command("loadrt specimen names=a,b gain=2");
+    bench.command("addf a.update servo-thread");
+    bench.command("addf b.update servo-thread");
+    bench.run(0.001);
+    EXPECT_EQ(bench.get("a.gain-found"), 2);
+    EXPECT_EQ(bench.get("b.gain-found"), 2);
+}
+
 TEST_F(Binding, OptionsThatDoNotFitAreRefusedByValue) {
-    EXPECT_THAT(refusal("loadrt specimen names=a,b gain=2"),
-                HasSubstr("gain=2 gives 1 values for 2 instances"));
+    EXPECT_THAT(refusal("loadrt specimen names=a,b,c gain=2,1"),
+                HasSubstr("gain=2,1 gives 2 values for 3 instances"));
     EXPECT_THAT(refusal("loadrt specimen gain=fast"), HasSubstr("gain=fast: not a number"));
     EXPECT_THAT(refusal("loadrt specimen table=a.csv"), HasSubstr("table=a.csv: give an absolute path"));
 }

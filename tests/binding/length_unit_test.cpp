@@ -49,7 +49,7 @@ TEST(LengthUnit, HasEverySpellingOfLinuxCncsLinearUnits) {
                                                 {"0.1", 10.0},
                                                 {"0.03937007874015748", 25.4}}) {
         Bench bench(Bench::Thread::none);
-        bench.command(std::string("loadrt axis_offset names=z unit=") + spelling);
+        bench.command(std::string("loadrt axis_offset names=z interlock=no unit=") + spelling);
         EXPECT_NEAR(bench.get("z.max-offset"), 0.15 / millimetres, 1e-12) << spelling;
     }
 }
@@ -64,10 +64,10 @@ TEST(LengthUnit, AnotherTextIsRefused) {
 
 TEST(LengthUnit, OneValueHoldsForAllInstances) {
     Bench bench(Bench::Thread::none);
-    bench.command("loadrt axis_offset names=x,y,z unit=inch");
+    bench.command("loadrt axis_offset names=x,y,z interlock=no unit=inch");
     for (const char* pin : {"x.max-rate", "y.max-rate", "z.max-rate"})
         EXPECT_DOUBLE_EQ(bench.get(pin), 0.1 / 25.4) << pin;
-    bench.command("loadrt joint_offset names=a,b unit=mm,inch");
+    bench.command("loadrt joint_offset names=a,b interlock=no unit=mm,inch");
     EXPECT_EQ(bench.get("a.max-offset"), 1);
     EXPECT_DOUBLE_EQ(bench.get("b.max-offset"), 1 / 25.4);
     EXPECT_THAT(bench.client().halcmd({"loadrt", "squareness", "names=a,b,c", "unit=mm,inch"}).output,
@@ -84,7 +84,7 @@ TEST(LengthUnit, MillimetresOnAnInchMachineOfLinuxCncAreRefused) {
                           ", and the defaults are in mm: add unit=[TRAJ]LINEAR_UNITS to the loadrt line"));
     EXPECT_THAT(refusal(bench, "unit=mm"),
                 HasSubstr("axis_offset: unit=mm, but [TRAJ]LINEAR_UNITS is inch in " + ini.path()));
-    bench.command("loadrt axis_offset names=z unit=0.03937");
+    bench.command("loadrt axis_offset names=z interlock=no unit=0.03937");
     bench.command("loadrt limit1 names=limit");  // without lengths of ours
 }
 
@@ -93,8 +93,8 @@ TEST(LengthUnit, InchesOnAMillimetreMachineAreRefused) {
     Bench bench(Bench::Thread::none);
     EXPECT_THAT(refusal(bench, "unit=mm,in", "names=x,z"),
                 HasSubstr("unit=in, but [TRAJ]LINEAR_UNITS is metric"));
-    bench.command("loadrt axis_offset names=z");
-    bench.command("loadrt joint_offset names=x unit=mm");
+    bench.command("loadrt axis_offset names=z interlock=no");
+    bench.command("loadrt joint_offset names=x interlock=no unit=mm");
 }
 
 TEST(LengthUnit, WithoutAUnitInTheIniFileNothingIsKnown) {
@@ -102,7 +102,7 @@ TEST(LengthUnit, WithoutAUnitInTheIniFileNothingIsKnown) {
          {"", "[TRAJ]\n", "[TRAJ]\nLINEAR_UNITS = furlong\n", "[JOINT_0]\nLINEAR_UNITS = inch\n"}) {
         const IniFile ini(text);
         Bench bench(Bench::Thread::none);
-        bench.command("loadrt axis_offset names=z");
+        bench.command("loadrt axis_offset names=z interlock=no");
         EXPECT_EQ(bench.get("z.max-offset"), 0.15) << text;
     }
 }

@@ -172,13 +172,13 @@ TEST_F(StockRtapi, MillimetresOnAnInchMachineAreRefused) {
         std::ofstream("/tmp/machine.ini") << "[TRAJ]\nLINEAR_UNITS = inch\n";
         setenv("INI_FILE_NAME", "/tmp/machine.ini", 1);
         halcmd("loadrt threads name1=thread period1=1000000 2> /tmp/messages");  // also those of rtapi_app
-        EXPECT_NE(std::system("halcmd loadrt axis_offset names=z"), 0);
+        EXPECT_NE(std::system("halcmd loadrt axis_offset names=z interlock=no"), 0);
         EXPECT_NE(contents("/tmp/messages")
                       .find("[TRAJ]LINEAR_UNITS is inch in /tmp/machine.ini, and the "
                             "defaults are in mm"),
                   std::string::npos)
             << contents("/tmp/messages");
-        std::ofstream("/tmp/stage.hal") << "loadrt axis_offset names=z unit=[TRAJ]LINEAR_UNITS\n";
+        std::ofstream("/tmp/stage.hal") << "loadrt axis_offset names=z interlock=no unit=[TRAJ]LINEAR_UNITS\n";
         halcmd("-i /tmp/machine.ini -f /tmp/stage.hal");
         EXPECT_EQ(std::system("halcmd getp z.max-offset | grep -q '^0\\.00590'"), 0);
         halcmd("unloadrt all");

@@ -431,7 +431,7 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
         halcmd("loadrt threads name1=servo-thread period1=1000000 name2=slow period2=10000000");
         halcmd("loadrt lowpass names=motion-controller,filter");
         halcmd("loadrt squareness names=square");
-        halcmd("loadrt joint_offset names=x-stage,y-stage");
+        halcmd("loadrt joint_offset names=x-stage,y-stage interlock=no");
         EXPECT_THAT(doctor_of_running().output,
                     Finds("WRONG", "square.update is in no thread, so it is never called; *",
                           "halcmd addf square.update servo-thread"));

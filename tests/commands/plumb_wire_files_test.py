@@ -340,7 +340,7 @@ class Later(unittest.TestCase):
     def test_lines_with_pins_and_signals_of_ours_go_and_a_signal_that_a_stage_took_over_stays(self):
         home = own_folder(self)
         os.mkdir(os.path.join(home, "plumb"))
-        ours = "loadrt squareness names=square\nloadrt joint_offset names=x-stage\nloadusr -Wn link linuxcnc_link --x y\nunlinkp joint.0.motor-pos-cmd\n"
+        ours = "loadrt squareness names=square\nloadrt joint_offset names=x-stage interlock=no\nloadusr -Wn link linuxcnc_link --x y\nunlinkp joint.0.motor-pos-cmd\n"
         ours += "net x-correction square.x-correction => x-stage.offset-0\nnet x-cmd x-stage.drive-command\nnet\n"
         write(os.path.join(home, "plumb", "stages.hal"), ours)
         with open(os.path.join(home, "plumb", "mine_settings.hal"), "wb") as file:

@@ -22,7 +22,8 @@ class Commission(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         ini = prepared(own_folder(cls), "squareness")
-        its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", "right", "sign", "drive-sign")
+        its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", "right", "sign", "second-sign",
+                                           "drive-sign", "other-source")
         cls.facts = its["facts"]
         cls.table = cls.facts["table"]
         for standstill in cls.facts.get("standstills", []):
@@ -32,14 +33,24 @@ class Commission(unittest.TestCase):
         its = self.table["right"]
         self.assertTrue(its["passed"], its)
         self.assertEqual(its["fault"], "")
-        for title in ("x-stage moves X by +0.010 mm", "Y without the correction", "In air at 10 % feed", "Emergency stop", "Bypass and undo"):
+        for title in ("x-stage moves X by +0.010 mm", "Y without the correction, X", "Y without the correction, Z", "In air at 10 % feed", "Emergency stop", "Bypass and undo"):
             self.assertIn(title, its["titles"])
 
     def test_each_fault_is_named_and_none_passes(self):
-        for fault, named in (("sign", "Reverse the sign of ec0y."), ("drive-sign", "Reverse the sign: of the scale of the drive")):
+        for fault, named in (("sign", "Reverse the sign of ec0y."), ("second-sign", "Reverse the sign of ea0y."), ("drive-sign", "Reverse the sign: of the scale of the drive")):
             its = self.table[fault]
             self.assertEqual((its["fault"], its["passed"], its["acts"], its["commissioned"]), ("sign", False, False, False), its)
             self.assertIn(named, its["remedy"])
+
+    def test_a_stage_that_would_move_by_itself_does_not_pass(self):
+        its = self.table["other-source"]
+        self.assertEqual((its["fault"], its["passed"], its["titles"][-1]), ("state", False, "x-stage moves X by +0.010 mm"), its)
+        self.assertIn("x-stage.offset-1 asks for 0.9", its["sentence"])
+
+    def test_sheet_lists_what_was_not_tried(self):
+        untried = self.table["right"]["sheet"].split("\nNot tried\n")[1]
+        self.assertIn("after work on them, try again", untried)
+        self.assertIn("its value did not change", untried)
 
     def test_sheet_has_readings_and_who(self):
         text = self.table["right"]["sheet"]
@@ -80,8 +91,8 @@ class Commission(unittest.TestCase):
 
 # By function; the words of put_... in commission_scenario.py.
 FAULTS = {
-    "squareness": ("right", "sign", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
-    "thermal_displacement": ("right", "sign", "drive-sign", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
+    "squareness": ("right", "sign", "second-sign", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
+    "thermal_displacement": ("right", "sign", "drive-sign", "command", "driven", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
     "chopping": ("right", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
     "thermal_growth_test": ("right", "sign", "inch", "25", "swapped", "net", "order"),

@@ -179,6 +179,7 @@ class Column(Machine):
     function, instance = "squareness", "square"
     plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
     net = "square.x-velocity"
+    ends = {"Y": (-70, 30)}  # mm: both errors along Y can be seen
     turning = ("square.ec0y", 0.00016)
 
     def square(self, direction):
@@ -188,6 +189,17 @@ class Column(Machine):
     def put_sign(self):
         self.host.set("square.ec0y", 0.00016)
         return ["setp square.ec0y -0.00016"]
+
+    def put_second_sign(self):
+        """The tilt of Y with the smaller error."""
+        its = self.host.get("square.ea0y")
+        self.host.set("square.ea0y", -its)
+        return ["setp square.ea0y %r" % its]
+
+    def put_other_source(self):
+        """Another source of a stage under trial asks for more than the trial."""
+        self.do("setp x-stage.offset-1 0.9")
+        return ["setp x-stage.offset-1 0"]
 
     def put_swapped(self):
         self.do("unlinkp x-stage.offset-0; unlinkp y-stage.offset-0; net x-correction y-stage.offset-0; net y-correction x-stage.offset-0")
@@ -287,6 +299,17 @@ class Mill(Machine):
     function, instance, letters = "thermal_displacement", "growth", "ZXY"
     plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
     net = "growth.load"
+
+    def put_command(self):
+        """The function gets the commanded position, not the measured one."""
+        signal = self.signal_of("growth.z-position")
+        self.do("unlinkp growth.z-position; net %s growth.z-position" % self.signal_of("joint.2.motor-pos-cmd"))
+        return ["unlinkp growth.z-position; net %s growth.z-position" % signal]
+
+    def put_driven(self):
+        """A signal holds a setting that a step needs."""
+        self.do("newsig driven bit; sets driven true; net driven growth.dry-run")
+        return ["unlinkp growth.dry-run; delsig driven"]
 
     def touch(self):
         """The work stands 250 mm below the nose of the spindle as Z is at 0; tool 1 is 50 mm long."""

@@ -102,8 +102,8 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
     # Instances that a page names, and does not load.
     OTHERS = {
         "growth": "loadrt thermal_displacement names=growth",
-        "z-stage": "loadrt axis_offset names=z-stage",
-        "x-stage": "loadrt joint_offset names=x-stage",
+        "z-stage": "loadrt axis_offset names=z-stage interlock=no",
+        "x-stage": "loadrt joint_offset names=x-stage interlock=no",
         "square": "loadrt squareness names=square",
         "interlock": "loadrt interlock names=interlock",
         "x-drive": "loadrt lowpass names=x-drive",

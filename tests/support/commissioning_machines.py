@@ -48,8 +48,7 @@ def prepared(folder, function):
         lines += ["unlinkp " + pin, "net %s => %s.in0" % (signal, name), "net %s %s.out => %s" % (name, name, pin), "addf %s servo-thread 1" % name]
     lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25"]
     for number, stage in enumerate(its.stages):
-        lines += ["net %s-enable interlock.stage-enable-%d => %s.enable" % (stage, number, stage),
-                  "net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage)]
+        lines.append("net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage))
     lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
     with open(os.path.join(machine, "commissioning.hal"), "w") as file:
         file.write("\n".join(lines) + "\n")

@@ -6,12 +6,13 @@ import typing
 from panel.texts import _, number
 
 NEAR = 0.12  # of a size, so far from it a reading may be
+SHOWN = 4  # times the tolerance of a reading: the least that a step asks for
 INCH, THOUSAND = 25.4, 1000.0
 
 
 class Verdict(typing.NamedTuple):
     """`fault` is a word for programs: "", "sign", "inch", "millimetre", "twice", "half", "thousand", "thousandth", "percent", "nothing",
-    "stayed", "joint", "net", "order", "size", "state", "missing"."""
+    "stayed", "joint", "net", "order", "size", "state", "missing", "untried"."""
 
     fault: str
     sentence: str
@@ -48,6 +49,9 @@ def judge(asked, read, tolerance, what="", smallest=None):
     smallest = tolerance if smallest is None else smallest
     shown = _("asked {asked}, read {read}").format(asked=number(asked, 4), read=number(read, 4))
     shown = "%s: %s" % (what, shown) if what else shown[:1].upper() + shown[1:]
+    if not 2 * tolerance <= abs(asked):
+        return Verdict("untried", _("Not tried: {asked} cannot be told from 0 within {tolerance}.").format(asked=number(asked, 4), tolerance=number(tolerance, 4)),
+                       _("Use an indicator that shows less, or a larger travel."))
     if abs(read - asked) <= tolerance:
         return good(shown + ".")
     if abs(read + asked) <= tolerance:
@@ -69,7 +73,7 @@ def judge_press(asked, pressed, released, tolerance):
     verdict = judge(asked, pressed, tolerance)
     if not verdict.passed:
         return verdict
-    if abs(released) > tolerance:
+    if not abs(released) <= tolerance:
         return Verdict("stayed", _("It moved, and stayed: {read} after letting go.").format(read=number(released, 4)),
                        _("Look for stick and backlash, and whether the drive takes its command back."))
     return verdict

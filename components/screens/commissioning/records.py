@@ -33,13 +33,14 @@ class Records:
             raise ValueError("%s is damaged" % self.path)
         return found.get("places", {})
 
-    def note(self, rig, place, who, log, tolerance, by_hand=False, minutes=None):
+    def note(self, rig, place, who, log, tolerance, by_hand=False, minutes=None, untried=()):
         """Notes that a function or a stage has passed."""
         places = self.all()
         places[place.key] = {
             "kind": place.kind, "name": place.name, "module": place.module, "when": time.strftime("%Y-%m-%d %H:%M:%S"), "who": who,
             "user": getpass.getuser(), "by_hand": by_hand, "identity": rig.identity(place), "log": list(log), "tolerance": tolerance,
             "versions": versions(), "wiring": rig.wiring(place), "settings": rig.settings(place), "scales": rig.scales(place), "options": rig.options(place), "unit": _unit(rig), "minutes": minutes,
+            "untried": list(untried),
         }
         self._write(places)
 
@@ -181,6 +182,12 @@ def _entries(its):
     return sorted(rows, key=lambda entry: entry["when"])
 
 
+def _untried(its):
+    """What no step has shown, and what no program can see."""
+    found = [text for record in its for text in record.get("untried", ())]
+    return [*found, _("A parameter of a drive, an encoder, a screw: after work on them, try again.")]
+
+
 def _read(entry, unit):
     return ", ".join("%s %s %s" % (name, number(value), unit) for name, value in entry["read"].items())
 
@@ -192,6 +199,7 @@ def as_text(machine, its):
     for entry in _entries(its):
         lines.append("%s  %-6s %s" % (entry["when"], _("passed") if not entry["fault"] else _("FAULT"), entry["title"]))
         lines += ["    " + text for text in (_read(entry, its[-1]["unit"]), entry["sentence"], entry["remedy"] if entry["fault"] else "") if text]
+    lines += ["", _("Not tried"), "", *("    " + text for text in _untried(its))]
     lines += ["", _("Settings"), ""]
     for record in its:
         lines += ["%s.%s = %s" % (record["name"], short, number(value)) for short, value in sorted(record["settings"].items())]
@@ -221,6 +229,7 @@ def as_html(machine, its):
     parts.append("</table>")
     letters = sorted({record["name"][0].upper() for record in its if record["kind"] == "stage"})
     parts += [pictures.drawing("stage", letter) for letter in letters if letter in "XYZ"]
+    parts.append("<h2>%s</h2><ul>%s</ul>" % (escape(_("Not tried")), "".join("<li>%s</li>" % escape(text) for text in _untried(its))))
     parts.append("<h2>%s</h2><table>" % escape(_("Settings")))
     for record in its:
         parts += ["<tr><td>%s.%s</td><td>%s</td></tr>" % (escape(record["name"]), escape(short), escape(number(value)))

@@ -15,9 +15,9 @@ RETURN = 10  # s for an offset to come or to go
 SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
 ORDER = 4  # fault-code of interlock
-JOINT_INPUTS = ("position", "homed", "motion-enabled", "heartbeat", "joint-command", "drive-feedback")
+JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "joint-command", "drive-feedback")
 JOINT_OUTPUTS = ("drive-command", "joint-feedback")
-AXIS_INPUTS = ("arm", "heartbeat", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
+AXIS_INPUTS = ("permit", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
 AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable")
 
 
@@ -135,8 +135,8 @@ class Rig:
 
     # --- what the machine must be like ---
 
-    def unready(self):
-        """Sentences about what hinders a move by hand."""
+    def unready(self, measures=False):
+        """Sentences about what hinders a move by hand; with `measures` the spindle may turn."""
         found = []
         if not self.is_required():
             found.append(_("Commissioning is off at interlock, as on a simulated machine: setp {pin} true, or run plumb wire.").format(
@@ -147,6 +147,8 @@ class Rig:
             found.append(_("The machine is not homed: home all axes."))
         if self.get(self.lock, "program-running"):
             found.append(_("A program runs: end it."))
+        if not measures and self.get(self.lock, "spindle-speed") != 0:
+            found.append(_("The spindle turns: stop it."))
         return found
 
     def too_fast(self):
@@ -187,7 +189,7 @@ class Rig:
 
     def missing_nets(self, function):
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
-        missing = []
+        missing = [] if self._writer(self.machine.pins[self.lock.full("spindle-speed")]) else [self.lock.full("spindle-speed")]
         rotary = self.ini.get(function.module.upper(), "ROTARY", "")
         for short, letter in self._nets_of(function):
             name = function.instance.full(short)
@@ -214,6 +216,9 @@ class Rig:
 
     def _nets_of(self, function):
         """Short names of the pins that the HAL file of a function nets, with the letter of an axis that a machine may lack."""
+        return ((short, letter) for short, letter, _signal in self._signals_of(function))
+
+    def _signals_of(self, function):
         path = os.path.join(self.folder, function.module, function.module + ".hal")
         if not os.path.exists(path):
             return
@@ -228,7 +233,11 @@ class Rig:
             found = re.match(r"([xyzuvwabc])-", words[1])
             for word in words[2:]:
                 if word.startswith(name + "."):
-                    yield word[len(name) + 1:], found[1] if found else ""
+                    yield word[len(name) + 1:], found[1] if found else "", words[1]
+
+    def _is_measured(self, function, short):
+        """Whether the HAL file of the function nets a feedback to this pin."""
+        return any(name == short and signal.endswith("-fb") for name, _letter, signal in self._signals_of(function))
 
     def _outputs_of(self, function):
         """Outputs of a function that a stage must take: short name, letter, pin."""
@@ -263,6 +272,9 @@ class Rig:
             found = re.fullmatch(r"([xyzuvw])-(position|velocity|velocity-cmd|motor-offset)(-\d)?", short)
             writer = self.machine.writer(pin.name) if found and not pin.output else ""
             its = self._letter_of_pin(writer)
+            if writer.endswith("pos-cmd") and self._is_measured(function, short):
+                return Verdict("net", _("{pin} has the commanded position, {writer}.").format(pin=pin.name, writer=writer),
+                               _("Net the measured position, joint.N.motor-pos-fb, to it."))
             if its and its != found[1].upper():
                 return Verdict("joint", _("{pin} has the signal of {its}: the joints are swapped.").format(pin=pin.name, its=its),
                                _("Net that of {letter} to it.").format(letter=found[1].upper()))
@@ -286,12 +298,15 @@ class Rig:
     def begin_press(self, stage, offset):
         """A trial of a stage; beat() must follow at least five times a second, as long as somebody presses. interlock ends it otherwise."""
         self._begin()
+        self.take_back(stage)
         self.set(self.lock, "trial-offset", repr(float(offset)))
         self._try("trial-stage", stage)
 
-    def begin_trial(self, function):
-        """Permits a function, as permit_stages() permits stages."""
+    def begin_trial(self, function, measures=False):
+        """Permits a function. What is tried has not passed until it passes again. With `measures` no stage moves, and the spindle may turn."""
         self._begin()
+        self.take_back(function)
+        self.set(self.lock, "trial-measures", int(measures))
         self._try("trial-function", function)
 
     def _begin(self):
@@ -320,6 +335,7 @@ class Rig:
         self.set(self.lock, "trial-stage", -1)
         self.set(self.lock, "trial-function", -1)
         self.set(self.lock, "trial-offset", 0)
+        self.set(self.lock, "trial-measures", 0)
 
     def applied(self, stage):
         return float(self.get(stage.instance, "applied-offset"))
@@ -346,6 +362,12 @@ class Rig:
 
     def close(self):
         self.end_press()
+
+    def inputs(self, function):
+        """Values of the inputs that the HAL file of a function nets, by their names."""
+        names = {function.instance.full(short) for short, _letter in self._nets_of(function)}
+        values = self.hal.values()
+        return {name: values[name] for name in names if name in values and not self.machine.pins[name].output}
 
     # --- for the records ---
 

@@ -2,14 +2,15 @@
 """The way of one function through its steps. The command line and the panel show the steps, and give the answers."""
 
 import importlib
+import math
 import time
 
 from commissioning import steps
-from commissioning.judging import Verdict
+from commissioning.judging import SHOWN, Verdict
 from commissioning.rig import NotReady
-from panel.texts import _
+from panel.texts import _, number
 
-TOLERANCE = 0.003  # mm, of a reading
+TOLERANCE = 0.0025  # mm, of a reading: what the indicator can show
 
 
 class Session:
@@ -22,7 +23,11 @@ class Session:
             raise NotReady(" ".join(rig.unready()[:1]))
         self.rig, self.function, self.records, self.who = rig, function, records, who
         self.tolerance = TOLERANCE * rig.unit if tolerance is None else tolerance
+        if not 0 < self.tolerance <= steps.LARGER[-1] / SHOWN * rig.unit:
+            raise NotReady(_("A tolerance of {tolerance} tries nothing: it must be above 0, and at most {most}.").format(
+                tolerance=number(self.tolerance), most=number(steps.LARGER[-1] / SHOWN * rig.unit)))
         self.log = []  # a dictionary for each answer
+        self._first, self._changed, self._untried = {}, set(), []
         self.began = time.time()
         self.give_back()
         self._left = self._plan()
@@ -51,8 +56,10 @@ class Session:
     def answer(self, values):
         """Judges the present step; goes on if it passed. Returns its Verdict."""
         step = self.step
+        self.look()
         identity = self.rig.identity(self.function)
-        verdict = step.finish(values)
+        wrong = next((name for name, value in values.items() if not math.isfinite(value)), None)
+        verdict = Verdict("state", _("{value} is no reading.").format(value=values[wrong]), _("Enter it again.")) if wrong else step.finish(values)
         self.log.append({"title": step.title, "read": dict(values), "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy,
                          "when": _now()})
         more = step.following(verdict)
@@ -70,13 +77,28 @@ class Session:
         self._pass()
         return verdict
 
+    def look(self):
+        """Notes which inputs of the function have changed: one that never did was not tried."""
+        for name, value in self.rig.inputs(self.function).items():
+            if self._first.setdefault(name, value) != value:
+                self._changed.add(name)
+
+    def not_tried(self, what):
+        """A line for the sheet."""
+        self._untried.append(what)
+
+    def _all_untried(self):
+        still = sorted(self._first.keys() - self._changed)
+        return self._untried + [_("{pin}: its value did not change").format(pin=name) for name in still]
+
     def _next(self):
         self.step = self._left.pop(0)
         self.step.begin()
 
     def _pass(self):
         self.rig.let_pass(self.function)
-        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, minutes=(time.time() - self.began) / 60)
+        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, minutes=(time.time() - self.began) / 60,
+                          untried=self._all_untried())
         self.done = True
 
     def pass_stage(self, stage):
@@ -84,11 +106,17 @@ class Session:
         self.records.note(self.rig, stage, self.who, self.log, self.tolerance)
 
     def lend(self, instance, short, value):
-        """A setting for one step: it is as before after give_back(), and after a kill when the next session begins."""
+        """A setting for one step: it is as before after give_back(), and after a kill when the next session begins. Returns None, or a
+        Verdict where the pin did not take the value."""
         pin = instance.full(short)
         if not self.rig.machine.pins[pin].signal:
             self.records.lend(self.rig.hal.memory, pin, self.rig.hal.get(pin))
             self.rig.set(instance, short, value)
+        found = self.rig.hal.get(pin)
+        if abs(float(found) - float(value)) <= 1e-9:
+            return None
+        return Verdict("state", _("{pin} is {found}, and this step needs {value}.").format(pin=pin, found=number(float(found)), value=number(float(value))),
+                       _("Your signal {signal} drives it: set it there.").format(signal=self.rig.machine.pins[pin].signal or "?"))
 
     def give_back(self):
         for pin, value in self.records.lent(self.rig.hal.memory).items():

@@ -3,10 +3,10 @@
 
 import typing
 
-from commissioning.judging import Verdict, good, judge_press
+from commissioning.judging import SHOWN, Verdict, good, judge_press
 from panel.texts import _, number
 
-PRESS = 0.010  # mm
+PRESS = 0.010  # mm, or more for an indicator that shows less
 LARGER = (0.050, 0.250)  # mm, one after the other where nothing was seen to move
 TRAVEL = 5.0  # mm, of an axis in air
 
@@ -72,13 +72,15 @@ class Wiring(Step):
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Wiring")
-        self.look = _("Nothing moves. The program looks at the order of the functions, at the nets and at the joints. The function is switched off.")
+        self.look = _("The program looks at the order of the functions, at the nets and at the joints. It switches the function off: an offset of the "
+                      "function returns to 0. The function has not passed until it passes again.")
         self.back = _("Correct the HAL files, and start LinuxCNC again.")
 
     def finish(self, values):
         fault = self.rig.wiring_verdict(self.function)
         if fault:
             return fault
+        self.rig.take_back(self.function)
         self.rig.switch(self.function, False)
         if not self.rig.await_condition(lambda: not self.rig.is_on(self.function), 1):
             return Verdict("state", _("The function is switched on."), _("Turn its switch off."))
@@ -101,9 +103,9 @@ class AtRest(Step):
         return unready(self.rig) or good(_("The machine is on, homed and at rest."))
 
 
-def unready(rig):
+def unready(rig, measures=False):
     """None, or a Verdict."""
-    found = rig.unready()
+    found = rig.unready(measures)
     return Verdict("state", " ".join(found), found[-1]) if found else None
 
 
@@ -122,9 +124,10 @@ class StageMoves(Step):
     holds = True
     minutes = 3
 
-    def __init__(self, session, stage, size=PRESS):
+    def __init__(self, session, stage, size=None):
         super().__init__(session)
-        self.stage, self.size = stage, size
+        self.stage, self.size = stage, size or max(PRESS, SHOWN * session.tolerance / session.rig.unit)
+        size = self.size
         letter = session.rig.letter_of(stage)
         self.title = _("{stage} moves {axis} by {size} mm").format(stage=stage.name, axis=letter or stage.name, size="+%.3f" % size) + session.in_inches(size)
         self.look = where_to_put_it(letter) + " " + _("Set it to 0. Press and hold; read it; let go; read it again.")
@@ -138,17 +141,31 @@ class StageMoves(Step):
         return self.size * self.unit
 
     def begin_press(self):
-        refused, self.most = unready(self.rig), 0.0
+        refused, self.most = unready(self.rig) or self.untried(), 0.0
         if refused is None:
             self.rig.begin_press(self.stage, self.asked)
         return refused
+
+    def untried(self):
+        """None, or a Verdict where the stage cannot move so far, or would move by itself once it has passed."""
+        for short in (short for short in self.stage.instance.pins if short.startswith("offset-") and short[7:].isdigit()):
+            other = float(self.rig.get(self.stage.instance, short))
+            if not abs(other) < self.session.tolerance / 10:
+                return Verdict("state", _("{pin} asks for {other}, which would come as soon as the stage has passed.").format(
+                    pin=self.stage.instance.full(short), other=number(other, 4)), _("Switch off its source, or take the net away."))
+        for instance, short in ((self.stage.instance, "max-offset"), (self.rig.lock, "trial-limit")):
+            if not float(self.rig.get(instance, short)) * 1.000001 >= self.asked:
+                return Verdict("untried", _("Not tried: the indicator needs {asked}, and {pin} is {value}.").format(
+                    asked=number(self.asked), pin=instance.full(short), value=number(float(self.rig.get(instance, short)))),
+                    _("Use an indicator that shows less, and give its --tolerance."))
+        return None
 
     def beat(self):
         super().beat()
         self.most = max(self.most, abs(self.rig.applied(self.stage)))
 
     def finish(self, values):
-        refused = unready(self.rig)
+        refused = unready(self.rig) or self.untried()
         if refused is not None:
             return refused
         if self.most < 0.9 * self.asked:
@@ -198,18 +215,19 @@ class OnTrial(Step):
     """The function acts while somebody presses: letting go, a dead program and the emergency stop end it in interlock."""
 
     holds = True
+    measures = False  # it moves no stage, and the spindle may turn
     minutes = 1
     status = 0
     fault = None
     acted = False
 
     def begin_press(self):
-        refused = unready(self.rig)
+        refused = unready(self.rig, self.measures)
         if refused is not None:
             return refused
         self.fault, self.acted, self.hint = None, False, ""
         self.rig.switch(self.function, True)
-        self.rig.begin_trial(self.function)
+        self.rig.begin_trial(self.function, self.measures)
         self.rig.await_condition(self._acts, 1)
         return None
 
@@ -219,6 +237,7 @@ class OnTrial(Step):
 
     def watch(self):
         self.acted = self._acts() or self.acted
+        self.session.look()
         self.fault = self.fault or self._fault()
 
     def _acts(self):

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/offset_counter.hpp"
 #include "components/math/blocks/offset_ledger.hpp"
 #include "components/math/blocks/source_sum.hpp"
 #include "components/stages/axis_offset/axis_offset_codes.hpp"
 #include "components/stages/axis_offset/axis_offset_status.hpp"
 #include "components/stages/axis_offset/guest_pins.hpp"
+#include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "hal/option.hpp"
 #include "pages/axis_offset.page.hpp"
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 namespace plumb {
 
@@ -38,8 +40,8 @@ struct AxisOffset final : hal::Component {
                                    "Requested offset: axis.L.eoffset-request."};
     hal::In<double> offset_in_force{this, "offset-in-force", 0, "mu",
                                     "Offset that LinuxCNC applies: axis.L.eoffset."};
-    hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
-                                    "Net interlock.heartbeat; leave at -1 without interlock."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about};
+    StagePermit permit{this, interlock};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
     hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
     static constexpr hal::Range scales{1e-7, 0.1}, offsets{0, 1000}, rates{0, 10};
@@ -86,12 +88,17 @@ struct AxisOffset final : hal::Component {
         hal::SettingsReader setting;
         const Settings given{setting(scale), setting(max_offset), setting(max_rate)};
         if (setting.good()) settings_ = given;
-        const bool good_sources = sources_.read(offset, largest);
+        const Permit its = permit.step(enable, arm);
+        if (its.source != source_ && its.source != 0 && !enabled_) sources_.clear();
+        source_ = its.source;
+        const bool good_sources = sources_.read(offset, largest, static_cast<std::size_t>(source_));
         const bool on = motion_enabled, homed = all_homed, probing = motion_type == probe;
-        const bool arms = arm_.rises(arm), taking_back = clear, clears = clear_.rises(taking_back);
+        const bool arms = arm_.rises(its.arm), taking_back = clear, clears = clear_.rises(taking_back);
         if (power_.rises(on)) forget();
         const bool hears = read_report(dt);
-        const bool is_enabled = enable;
+        const bool is_enabled = its.enable;
+        enabled_ = is_enabled;
+        held_ = its.hold;
         const double wanted = is_enabled ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
         const double target = taking_back ? 0 : possible;
@@ -100,9 +107,8 @@ struct AxisOffset final : hal::Component {
         if (homing_.rises(homed)) shifted_ = any_in_force();
         if (probing_.rises(probing)) refused_ = own_in_force() && !allow_probing;
         refused_ = refused_ && probing;
-        interlock_.step(heartbeat);
         const bool able = on && homed;
-        const bool ready = able && !taking_back && !shifted_ && interlock_.alive();
+        const bool ready = able && !taking_back && !shifted_ && permit.alive();
         enter(next({able, ready, arms, taking_back, clears}));
         ledger_.listen(guest.read(), takes_counts());
         if (takes_counts() && hears) follow(target, probing, dt);
@@ -125,7 +131,7 @@ struct AxisOffset final : hal::Component {
         limited = falls_short;
         uncompensated = lacks;
         probing_refused = refused_;
-        const Fault found = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
+        const Fault found = hal::first<Fault>({{permit.missed(), Fault::interlock},
                                                {!good_sources, Fault::source},
                                                {!hears, Fault::report},
                                                {!setting.good(), Fault::settings},
@@ -213,7 +219,7 @@ private:
     // at any time.
     void follow(double target, bool probing, double dt) noexcept {
         if (counter_.answered(request_, settings_.scale)) {
-            if (moves_own() && !probing)
+            if (moves_own() && !probing && !held_)
                 ledger_.approach(target, settings_.max_rate * dt, slack() + settings_.max_rate * follow_time);
             if (moves_own() || std::abs(ledger_.asked() - request_) > settings_.scale / 2)
                 counter_.ask(ledger_.asked(), request_, settings_.scale);
@@ -231,7 +237,8 @@ private:
     SourceSum<4> sources_;
     OffsetLedger ledger_;
     OffsetCounter counter_;
-    LiveCounter interlock_;
+    std::int32_t source_ = 0;  // that alone acts, from 1
+    bool enabled_ = false, held_ = false;
     State state_ = State::off;
     bool shifted_ = false;  // fault homed
     bool refused_ = false;  // the present probing move

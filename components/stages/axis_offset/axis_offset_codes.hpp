@@ -26,9 +26,9 @@ constexpr const char* sentence(Fault fault) {
             return "A change of guest-counts has no valid guest-scale, or asks for an offset beyond 1000; "
                    "the guest's offset is held.";
         case Fault::interlock:
-            return "The heartbeat stands still: interlock is not loaded, not called, or has found a wrong "
-                   "order "
-                   "of functions; the offset is held.";
+            return "No permit of interlock: it is not loaded, not called or has found a wrong order of "
+                   "functions, or "
+                   "permit or row is wrong; the offset is held.";
         default: return nullptr;
     }
 }

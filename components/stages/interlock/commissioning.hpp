@@ -6,6 +6,7 @@
 #include "components/stages/interlock/numbered_row.hpp"
 #include "components/stages/interlock/stages.hpp"
 #include "components/stages/interlock/wiring_identity.hpp"
+#include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/linuxcnc_unit.hpp"
 #include "hal/thread_watch.hpp"
@@ -48,10 +49,15 @@ struct Commissioning : hal::Group {
     hal::In<double> trial_offset{this, "trial-offset", 0, "mu", "Offset of the trial, for its stage."};
     hal::In<double> trial_limit{this, "trial-limit", 0, "mu",
                                 "Largest offset of a trial, either way; 0: no stage can be tried."};
+    hal::In<bool> trial_measures{
+        this, "trial-measures", false,
+        "The function on trial only measures: all stages hold, and the spindle may turn."};
+    hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm",
+                                  "Speed of the spindle: spindle.0.speed-out. A trial ends when it turns."};
     hal::In<bool> trial_beat{
         this, "trial-beat", false,
-        "Changes at least twice a second while somebody presses. If it stops or the machine "
-        "goes off, the trial is over: set both trial numbers to -1 before the next one."};
+        "Changes at least twice a second while somebody presses. If it stops, the machine goes off or the "
+        "spindle turns, the trial is over: set both trial numbers to -1 before the next one."};
 
     hal::Row<hal::Out<std::int32_t>, functions> function_identity{
         this, "function-identity",
@@ -62,6 +68,8 @@ struct Commissioning : hal::Group {
                                           "The stage may apply offsets, or is on trial: to its enable."};
     PerStage<hal::Out<double>> stage_trial{this, "stage-trial", "mu",
                                            "Offset of the trial: to a free source of the stage."};
+    PerStage<hal::Out<std::int32_t>> stage_permit{this, "stage-permit",
+                                                  "What the stage may do now: to its permit."};
 
     struct Now {
         bool machine_on, homed, program_running;
@@ -69,7 +77,7 @@ struct Commissioning : hal::Group {
     };
 
     // Once in each period, before the functions; dt of the computer's clock.
-    void step(const Now& now, double dt) noexcept {
+    void step(const Now& now, const Functions& its_functions, double dt) noexcept {
         const bool beat = trial_beat;
         silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
         beat_ = beat;
@@ -77,44 +85,64 @@ struct Commissioning : hal::Group {
         if (on) asked_.store(true, std::memory_order_relaxed);
         const std::int32_t its_stage = trial_stage, its_function = trial_function;
         const bool chosen = its_stage >= 0 || its_function >= 0;
+        const double speed = spindle_speed;
+        const bool measures = trial_measures, stands = speed == 0;
         begun_ = chosen && (begun_ || heard);
-        over_ = chosen && (over_ || (begun_ && (!heard || !now.machine_on)));
+        over_ = chosen && (over_ || (begun_ && (!heard || !now.machine_on || !(stands || measures))));
         const bool pressed = chosen && heard && !over_;
         const double most = std::abs(trial_limit), given = trial_offset;
-        const bool moves = on && pressed && now.machine_on && now.homed && !now.program_running &&
-                           possible(its_stage, stages) && std::abs(given) <= most;
+        const bool moves = on && pressed && stands && now.machine_on && now.homed && !now.program_running &&
+                           possible(its_stage, stages) && std::abs(given) <= most &&
+                           source(its_stage, 0) != 0;
+        const bool acts = on && pressed && possible(its_function, functions);
+        pressed_ = on && pressed;
+        on_trial_ = acts ? 1 << its_function : 0;
+        const std::int32_t sources = moves ? 0 : its_function + 1;
+        const std::int32_t tried = moves               ? 1 << its_stage
+                                   : acts && !measures ? its_functions.stages_of(its_function)
+                                                       : 0;
+        // The stage of an axis takes its offset back while it is armed.
+        tried_ = tried != 0 ? tried : tried_;
+        resting_ = tried != 0 ? 0 : std::min(resting_ + dt, longest_return);
+        if (tried == 0 && ((now.stages_in_force & tried_) == 0 || resting_ >= longest_return)) tried_ = 0;
         held_stages_ = 0;
         for (std::size_t i = 0; i < stages; ++i) {
             const std::int32_t identity = stage_identities_[i].load(std::memory_order_relaxed);
             const std::int32_t passed = stage_passed[i];
-            const bool tried = moves && static_cast<std::size_t>(its_stage) == i;
-            const bool held = on && (identity == 0 || passed != identity);
+            const bool held = on && (identity == 0 || passed != identity),
+                       pressed_here = moves && (tried >> i & 1) != 0;
             held_stages_ |= held ? 1 << i : 0;
             stage_identity[i] = identity;
-            stage_enable[i] = !held || tried;
-            stage_trial[i] = tried ? given : 0;
+            stage_enable[i] = !held || pressed_here;
+            stage_trial[i] = pressed_here ? given : 0;
+            const std::int32_t only = (tried >> i & 1) != 0 ? source(i, sources) : 0;
+            permits_[i] = {!held || pressed_here, (tried_ >> i & 1) != 0, pressed_ && only == 0, only};
         }
-        // The stage of an axis takes its offset back while it is armed.
-        tried_ = moves ? 1 << its_stage : tried_;
-        resting_ = moves ? 0 : std::min(resting_ + dt, longest_return);
-        arms_ = tried_ != 0 && (moves || ((now.stages_in_force & tried_) != 0 && resting_ < longest_return));
-        if (!arms_) tried_ = 0;
 
-        held_functions_ = on_trial_ = 0;
+        held_functions_ = 0;
         for (std::size_t i = 0; i < functions; ++i) {
             const std::int32_t identity = function_identities_[i].load(std::memory_order_relaxed);
             const std::int32_t passed = function_passed[i];
             function_identity[i] = identity;
             held_functions_ |= on && (identity == 0 || passed != identity) ? 1 << i : 0;
         }
-        if (on && pressed && possible(its_function, functions)) on_trial_ = 1 << its_function;
     }
 
     // As sums of 1, 2, 4, ...
     std::int32_t held_functions() const noexcept { return held_functions_ & ~on_trial_; }
     std::int32_t held_stages() const noexcept { return held_stages_; }
     std::int32_t tried_functions() const noexcept { return held_functions_ & on_trial_; }
-    bool arms() const noexcept { return arms_; }
+
+    // At the end of each period: the words to the stages. `armed` is a cycle that runs; one in which somebody
+    // presses arms the stages on trial alone.
+    void permit(std::int32_t beat, bool armed) noexcept {
+        trial_cycle_ = armed && (trial_cycle_ || pressed_);
+        for (std::size_t i = 0; i < stages; ++i) {
+            Permit its = permits_[i];
+            its.arm |= armed && !trial_cycle_;
+            stage_permit[i] = PermitWord::of(static_cast<std::int32_t>(i), beat, its);
+        }
+    }
 
     // In background().
     void work() {
@@ -139,7 +167,11 @@ struct Commissioning : hal::Group {
             return ask(instance, "plumb_given", instance, "");
         };
         const WiringIdentity identity(*wiring, interlock_, unit(), modules);
-        for (std::size_t i = 0; i < stages; ++i) stage_identities_[i] = identity.of_stage(i);
+        for (std::size_t i = 0; i < stages; ++i) {
+            stage_identities_[i] = identity.of_stage(i);
+            sources_[i][0] = identity.source_of(i, std::nullopt) + 1;
+            for (std::size_t k = 0; k < functions; ++k) sources_[i][k + 1] = identity.source_of(i, k) + 1;
+        }
         for (std::size_t i = 0; i < functions; ++i)
             function_identities_[i] = identity.of_function(i, stages_of(*wiring, i));
     }
@@ -150,6 +182,12 @@ private:
 
     static bool possible(std::int32_t number, std::size_t rows) noexcept {
         return number >= 0 && static_cast<std::size_t>(number) < rows;
+    }
+
+    // Of a stage, from 1: for its own trial (0), or for that of a function by its number from 1. 0: there is
+    // none.
+    std::int32_t source(std::size_t stage, std::int32_t trial) const noexcept {
+        return sources_[stage][static_cast<std::size_t>(trial)].load(std::memory_order_relaxed);
     }
 
     static std::string unit() {
@@ -173,10 +211,12 @@ private:
     const std::string interlock_;
     std::array<std::atomic<std::int32_t>, functions> function_identities_{};
     std::array<std::atomic<std::int32_t>, stages> stage_identities_{};
+    std::array<std::array<std::atomic<std::int32_t>, functions + 1>, stages> sources_{};
+    std::array<Permit, stages> permits_{};
     std::atomic<bool> asked_{false};
     int wait_ = 0;
-    bool beat_ = false, arms_ = false, begun_ = false, over_ = false;  // of a trial
-    double silence_ = longest_pause, resting_ = longest_return;        // s
+    bool beat_ = false, pressed_ = false, trial_cycle_ = false, begun_ = false, over_ = false;  // of a trial
+    double silence_ = longest_pause, resting_ = longest_return;                                 // s
     std::int32_t held_functions_ = 0, on_trial_ = 0, held_stages_ = 0, tried_ = 0;
 };
 

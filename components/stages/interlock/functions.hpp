@@ -149,6 +149,7 @@ struct Functions : hal::Group {
         }
     }
 
+    std::int32_t stages_of(std::size_t function) const noexcept { return its_[function].stages; }
     bool any_permitted() const noexcept { return any_permitted_; }
     bool any_on() const noexcept { return any_on_; }                // by the operator
     bool any_withheld() const noexcept { return any_withheld_; }    // on, and a service is missing

@@ -120,7 +120,8 @@ struct Interlock final : hal::Component {
         const bool running = program_running;
         const bool cuts = running && type != rapid && type != tool_change;
         const Stages::Now its_stages = stages.read();
-        commissioning.step({on, homed, running || cycle, its_stages.in_force}, dt / services.speed());
+        commissioning.step({on, homed, running || cycle, its_stages.in_force}, functions,
+                           dt / services.speed());
         const bool good_needs =
             functions.step(services, {starts, probing, cuts, commissioning.held_functions(),
                                       commissioning.held_stages(), commissioning.tried_functions()}) &&
@@ -138,7 +139,8 @@ struct Interlock final : hal::Component {
 
         if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = beats_;
-        arm = armed_ || commissioning.arms();
+        commissioning.permit(beats_, armed_);
+        arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
         const Fault found = hal::first<Fault>({{!in_order, Fault::order},
                                                {!good_times, Fault::time},

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -62,6 +63,22 @@ public:
         }
         for (const std::size_t stage : stages) lines.insert("stage " + std::to_string(of_stage(stage)));
         return number_of(lines);
+    }
+
+    // The source of stage `number` that a trial of function `function` moves, or, without a function, the
+    // trial of the stage itself; -1 where there is none.
+    std::int32_t source_of(std::size_t number, std::optional<std::size_t> function) const {
+        const std::string stage = writer_of("stage-fault-" + std::to_string(number));
+        const std::string own = interlock_ + ".stage-trial-" + std::to_string(number);
+        const std::string its = function ? reader_of("function-status-" + std::to_string(*function)) : "";
+        if (stage.empty() || (function && its.empty())) return -1;
+        for (const hal::WiredPin& pin : list_.pins) {
+            if (pin.signal.empty() || instance_of(pin.name) != stage || !is_source(pin.name)) continue;
+            for (const hal::WiredPin* other : signals_.at(pin.signal))
+                if (other->writes && (function ? instance_of(other->name) == its : other->name == own))
+                    return std::stoi(pin.name.substr(pin.name.rfind('-') + 1));
+        }
+        return -1;
     }
 
 private:

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/joint_origin.hpp"
-#include "components/math/blocks/live_counter.hpp"
 #include "components/math/blocks/offset_release.hpp"
 #include "components/math/blocks/soft_limits.hpp"
 #include "components/math/blocks/source_sum.hpp"
@@ -9,13 +8,16 @@
 #include "components/math/blocks/usable.hpp"
 #include "components/stages/joint_offset/joint_offset_codes.hpp"
 #include "components/stages/joint_offset/joint_offset_status.hpp"
+#include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/offset.hpp"
+#include "hal/option.hpp"
 #include "pages/joint_offset.page.hpp"
 
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace plumb {
 
@@ -31,8 +33,8 @@ struct JointOffset final : hal::Component {
     hal::In<bool> enable{this, "enable", true, "Apply the offset; false: it returns to 0."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
-    hal::In<std::int32_t> heartbeat{this, "heartbeat", -1,
-                                    "Net interlock.heartbeat; leave at -1 without interlock."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about};
+    StagePermit permit{this, interlock};
     hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::Row<hal::In<bool>, 4> release_at_off{
         this, "release-at-off", false,
@@ -108,12 +110,15 @@ struct JointOffset final : hal::Component {
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
-        const bool good_sources = sources_.read(offset, largest);
+        const Permit its = permit.step(enable, false);
+        const bool chosen = its.source != source_;  // a trial begins or ends
+        if (chosen && its.source != 0 && !active_) sources_.clear();
+        source_ = its.source;
+        const bool good_sources = sources_.read(offset, largest, static_cast<std::size_t>(source_));
         const bool is_homed = homed, knows_origin = knows_place_ && within(command, farthest);
         origin_.step(is_homed, knows_origin ? command_ - position_ : origin_.last(), in_force(), slack);
-        interlock_.step(heartbeat);
-        const bool permitted = interlock_.alive(), shifted = origin_.shifted();
-        const bool is_enabled = enable, on = motion_enabled;
+        const bool permitted = permit.alive() && !its.hold, shifted = origin_.shifted();
+        const bool is_enabled = its.enable, on = motion_enabled;
         const bool active = is_enabled && is_homed && !shifted && applied_.knows_limits();
         const auto sums = release_.sum(sources_, read_release());
         const double wanted = !permitted ? applied_.sum() : active ? sums.all : 0;
@@ -122,7 +127,8 @@ struct JointOffset final : hal::Component {
         if (release_.step(on)) applied_.move_to(release_.stays(), dt);
         const bool stranded = on && release_.out() && (!is_homed || shifted);
         const bool holding = (is_homed && !on) || release_.pending() || stranded;
-        if (active != active_ || (holding_ && !holding) || (!permitted_ && permitted)) applied_.ramp();
+        if (chosen || active != active_ || (holding_ && !holding) || (!permitted_ && permitted))
+            applied_.ramp();
         active_ = active;
         permitted_ = permitted;
         holding_ = holding;
@@ -146,7 +152,7 @@ struct JointOffset final : hal::Component {
         const bool falls_short =
             !holding && (release_.ignores() || wanted != possible || applied_.falls_short(possible));
         limited = falls_short;
-        const Fault found = hal::first<Fault>({{interlock_.missed(), Fault::interlock},
+        const Fault found = hal::first<Fault>({{permit.missed(), Fault::interlock},
                                                {!good_sources, Fault::source},
                                                {!within(command, farthest) || !knows_place_, Fault::position},
                                                {!good_feedback_, Fault::feedback},
@@ -192,7 +198,7 @@ private:
     SourceSum<4> sources_;
     OffsetRelease<4> release_;
     JointOrigin origin_;
-    LiveCounter interlock_;
+    std::int32_t source_ = 0;                                               // that alone acts, from 1
     double position_ = 0, last_position_ = 0, command_ = 0, feedback_ = 0;  // the last good values
     bool active_ = false, holding_ = false, permitted_ = true;
     bool good_feedback_ = true, knows_place_ = true;

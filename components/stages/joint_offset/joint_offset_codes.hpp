@@ -37,9 +37,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::origin:
             return "The origin was set with an offset in force; unhome the joint and home it again.";
         case Fault::interlock:
-            return "The heartbeat stands still: interlock is not loaded, not called, or has found a wrong "
-                   "order "
-                   "of functions; the offset is held.";
+            return "No permit of interlock: it is not loaded, not called or has found a wrong order of "
+                   "functions, or "
+                   "permit or row is wrong; the offset is held.";
         case Fault::bound:
             return "The max-offset is below the present offset; the last good one stays in force until the "
                    "offset is within the new one.";

@@ -13,18 +13,17 @@ STAGES = [line for number, axis in enumerate("xy") for line in (
     "net %s-cmd %s-stage.drive-command %s-drive.in" % (axis, axis, axis), "net %s-fb %s-drive.out %s-stage.drive-feedback" % (axis, axis, axis),
     "net %s-place %s-joint.out %s-stage.position %s-stage.joint-command square.%s-position" % (axis, axis, axis, axis, axis),
     "net %s-joint-fb %s-stage.joint-feedback %s-joint.in" % (axis, axis, axis), "net on %s-stage.motion-enabled" % axis,
-    "net homed %s-stage.homed" % axis, "net heartbeat %s-stage.heartbeat" % axis, "net %s-correction square.%s-correction %s-stage.offset-0" % (axis, axis, axis),
-    "net %s-fault %s-stage.fault interlock.stage-fault-%d" % (axis, axis, number), "net %s-enable interlock.stage-enable-%d %s-stage.enable" % (axis, number, axis),
-    "net %s-trial interlock.stage-trial-%d %s-stage.offset-3" % (axis, number, axis), "setp %s-stage.min-limit -100" % axis,
+    "net homed %s-stage.homed" % axis, "net %s-permit interlock.stage-permit-%d %s-stage.permit" % (axis, number, axis), "setp %s-stage.row %d" % (axis, number), "net %s-correction square.%s-correction %s-stage.offset-0" % (axis, axis, axis),
+    "net %s-fault %s-stage.fault interlock.stage-fault-%d" % (axis, axis, number), "net %s-trial interlock.stage-trial-%d %s-stage.offset-3" % (axis, number, axis), "setp %s-stage.min-limit -100" % axis,
     "setp %s-stage.max-limit 100" % axis, "setp %s-stage.joint-acceleration 2000" % axis, "setp %s-stage.offset-acceleration 1000" % axis,
     "setp %s-drive.gain 1" % axis, "addf %s-stage.update-feedback servo-thread" % axis)]
 INPUTS = ("x-velocity", "y-velocity", "z-position", "z-velocity", "x-tool-offset", "y-tool-offset", "z-tool-offset", "path-velocity")
 LINES = [
     "loadrt threads name1=servo-thread period1=1000000", "loadrt lowpass names=x-drive,y-drive,x-joint,y-joint",
-    "loadrt mux2 names=" + ",".join("of-" + pin for pin in (*INPUTS, "own")), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
+    "loadrt mux2 names=" + ",".join("of-" + pin for pin in (*INPUTS, "own", "spindle")), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
     "loadrt squareness names=square", "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock",
     "net on switch.out interlock.motion-enabled", "net homed homing.out interlock.all-homed square.all-homed", "setp switch.in0 1", "setp homing.in0 1",
-    "net heartbeat interlock.heartbeat", "net coordinated mode.out square.coordinated", "net type type.out square.motion-type",
+    "net spindle of-spindle.out interlock.spindle-speed", "net coordinated mode.out square.coordinated", "net type type.out square.motion-type",
     "net on square.motion-enabled", "net own of-own.out square.x-backlash-corr square.y-backlash-corr",
     "net square-on interlock.function-enable-0 square.enable", "net square-permission interlock.function-status-0 square.interlock-status",
     "net stages-ramping interlock.ramping square.stages-ramping", *("net of-%s of-%s.out square.%s" % (pin, pin, pin) for pin in INPUTS),

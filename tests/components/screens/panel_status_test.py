@@ -74,7 +74,7 @@ class Machinery(unittest.TestCase):
 
 class Squareness(Machinery):
     LINES = (
-        "loadrt squareness names=square chain=" + CHAIN, "loadrt joint_offset names=x-stage,y-stage,z-stage", "newsig on bit", "newsig homed bit",
+        "loadrt squareness names=square chain=" + CHAIN, "loadrt joint_offset names=x-stage,y-stage,z-stage interlock=no", "newsig on bit", "newsig homed bit",
         "net on interlock.motion-enabled", "net homed interlock.all-homed square.all-homed", "net heartbeat interlock.heartbeat",
         "net square-on interlock.function-enable-0 => square.enable", "setp interlock.function-services-0 1",
         "net square-permission interlock.function-status-0 => square.interlock-status", "net stages-ramping interlock.ramping => square.stages-ramping",
@@ -161,7 +161,7 @@ class Squareness(Machinery):
         self.assertEqual(self.status("interlock").kind, "good")
 
     def test_an_axis_offset_waits_for_its_cycle_and_for_the_end_of_probing(self):
-        self.do("loadrt axis_offset names=z-axis", "addf z-axis.update servo-thread", "setp z-axis.offset-0 0.03")
+        self.do("loadrt axis_offset names=z-axis interlock=no", "addf z-axis.update servo-thread", "setp z-axis.offset-0 0.03")
         self.look()
         self.assert_status("z-axis", "wait", "The machine is off.")
         self.do("setp z-axis.motion-enabled 1")
@@ -367,7 +367,7 @@ class Refusals(unittest.TestCase):
 class Named(Machinery):
     """A setting that keeps a component from its work is named, with its value and its limit."""
 
-    LINES = ("loadrt joint_offset names=x-stage", "loadrt thermal_displacement names=growth", "setp x-stage.min-limit 50", "setp x-stage.max-limit -20",
+    LINES = ("loadrt joint_offset names=x-stage interlock=no", "loadrt thermal_displacement names=growth", "setp x-stage.min-limit 50", "setp x-stage.max-limit -20",
              "addf growth.update servo-thread", "addf x-stage.update servo-thread")
 
     def test_limits_that_contradict_each_other_have_their_values(self):
@@ -380,7 +380,7 @@ class Named(Machinery):
 
 
 class Misloaded(Machinery):
-    LINES = ("loadrt axis_offset names=z-stage,y-stage unit=mm,inch", "loadrt thermal_displacement names=growth,other", "setp growth.max-offset 0.01",
+    LINES = ("loadrt axis_offset names=z-stage,y-stage interlock=no unit=mm,inch", "loadrt thermal_displacement names=growth,other", "setp growth.max-offset 0.01",
              "setp other.max-offset 0.01", "net growth-on interlock.function-enable-0 => growth.enable")
 
     def test_a_default_in_mm_that_counts_as_inches_is_told(self):

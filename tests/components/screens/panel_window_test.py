@@ -749,7 +749,7 @@ class Window(unittest.TestCase):
                        'type = "s16"\nunit = "%"\nevery = 0.5\nmax-age = 3\nmin = 0\nmax = 200\nmax-rate = 5000\n')
         self.host.command("loadusr -W %s --file %s" % (os.path.join(BUILD, "bin", "modbus_sensor"), path))
         self.host.command("net load modbus-sensor.spindle-load.value => growth.load")
-        for line in ("loadrt joint_offset names=x-stage,y-stage", "addf x-stage.update servo-thread"):
+        for line in ("loadrt joint_offset names=x-stage,y-stage interlock=no", "addf x-stage.update servo-thread"):
             self.host.command(line)
         self.host.command("net load-valid modbus-sensor.spindle-load.valid => growth.load-valid")
         self.host.set("growth.enable", True)

@@ -24,7 +24,7 @@ client::Start with_specimens() {
 struct Machine {
     Machine() {
         bench.command("loadrt threads name1=servo-thread period1=1000000");
-        bench.command("loadrt axis_offset names=z-stage");
+        bench.command("loadrt axis_offset names=z-stage interlock=no");
         bench.command("loadrt external_offset names=z-axis,alone-axis");
         for (const char* pins :
              {"request z-axis.request z-stage.offset-request", "offset z-axis.offset z-stage.offset-in-force",

@@ -42,7 +42,7 @@ class Shift(unittest.TestCase):
         with open(os.path.join(machine, "stage.hal"), "w") as file:
             probe = ["loadrt comp names=probe", "addf probe servo-thread", "setp probe.in1 -20"]
             probe += ["net z-motor-fb => probe.in0", "net probe probe.out => motion.probe-input"]
-            stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
+            stage = ["loadrt axis_offset names=z-stage interlock=no", *wiring_of_the_manual()]
             file.write("\n".join([*stage, *probe]) + "\n")
         ini = own_ini(ini, AXIS_Z=EXTERNAL_OFFSETS, HAL=at_the_end("HALFILE = stage.hal"))
         its, _ = linuxcnc_runs.work(folder, ini, "axis_offset_scenario.py")
@@ -213,7 +213,7 @@ class Guest(unittest.TestCase):
         guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("scale", "counts")]
         guest += ["net guest-%s z-stage.guest-%s axis.x.eoffset-%s" % ((pin,) * 3) for pin in ("enable", "clear")]
         with open(os.path.join(machine, "stage.hal"), "w") as file:
-            stage = ["loadrt axis_offset names=z-stage", *wiring_of_the_manual()]
+            stage = ["loadrt axis_offset names=z-stage interlock=no", *wiring_of_the_manual()]
             file.write("\n".join([*stage, *guest]) + "\n")
         ini = own_ini(ini, AXIS_X=EXTERNAL_OFFSETS, AXIS_Z=EXTERNAL_OFFSETS, HAL=at_the_end("HALFILE = stage.hal"))
         told, _ = linuxcnc_runs.work(folder, ini, "axis_offset_guest_scenario.py")
@@ -308,12 +308,12 @@ class InchMachine(unittest.TestCase):
         return output
 
     def test_defaults_in_millimetres_are_refused_and_the_message_tells_what_to_write(self):
-        output = self.started_with("loadrt axis_offset names=z-stage")
+        output = self.started_with("loadrt axis_offset names=z-stage interlock=no")
         self.assertRegex(output, r"axis_offset: \[TRAJ\]LINEAR_UNITS is inch in .*, and the defaults are in mm")
         self.assertIn("add unit=[TRAJ]LINEAR_UNITS to the loadrt line", output)
 
     def test_defaults_are_converted_by_the_unit_of_the_ini_file(self):
-        output = self.started_with("loadrt axis_offset names=z-stage unit=[TRAJ](LINEAR_UNITS)")
+        output = self.started_with("loadrt axis_offset names=z-stage interlock=no unit=[TRAJ](LINEAR_UNITS)")
         self.assertIn("\n%.9f\n" % (0.15 / 25.4), output)
 
 

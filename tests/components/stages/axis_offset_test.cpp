@@ -37,7 +37,7 @@ void wire(Bench& bench, const std::string& letter) {
 // Cycles start twice a second, and the offset is on its way.
 void bring_to_life(Bench& bench) {
     bench.command("loadrt threads name1=servo-thread period1=1000000");
-    bench.command("loadrt axis_offset names=z-stage");
+    bench.command("loadrt axis_offset names=z-stage interlock=no");
     bench.command("loadrt external_offset names=z-axis");
     bench.command("loadrt siggen names=cycles");
     bench.command("loadrt comp names=starts");
@@ -81,7 +81,7 @@ const Live live{
 struct Machine {
     explicit Machine(double unit = 1, long nanoseconds = 1000000) : period(static_cast<double>(nanoseconds)) {
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(nanoseconds));
-        bench.command(std::string("loadrt axis_offset names=z-stage,y-stage") +
+        bench.command(std::string("loadrt axis_offset names=z-stage,y-stage interlock=no") +
                       (unit != 1 ? " unit=inch" : ""));
         bench.command("loadrt external_offset names=z-axis,y-axis");
         wire(bench, "z");
@@ -257,7 +257,7 @@ TEST(AxisOffset, ArmThatIsTrueAlreadyIsNoStart) {
 
 TEST(AxisOffset, LoadedWhileACycleRunsItWaitsForTheNext) {
     Bench bench(Bench::Thread::servo, with_specimens());
-    bench.command("loadrt axis_offset names=z-stage");
+    bench.command("loadrt axis_offset names=z-stage interlock=no");
     bench.command("loadrt external_offset names=z-axis");
     bench.set("z-axis.on", 1);
     bench.set("z-stage.arm", 1);

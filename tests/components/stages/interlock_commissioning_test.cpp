@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 namespace plumb {
@@ -22,7 +23,6 @@ struct Machine {
               "loadrt squareness names=square",
               "loadrt joint_offset names=x-stage,y-stage",
               "loadrt interlock names=interlock",
-              "net heartbeat interlock.heartbeat x-stage.heartbeat y-stage.heartbeat",
               "net square-on interlock.function-enable-0 square.enable",
               "net square-permission interlock.function-status-0 square.interlock-status",
               "net x-cmd x-stage.drive-command x-drive.in",
@@ -48,8 +48,9 @@ struct Machine {
                           number);
             bench.command("net " + letter + "-in-force " + letter +
                           "-stage.inhibit-homing interlock.stage-in-force-" + number);
-            bench.command("net " + letter + "-enable interlock.stage-enable-" + number + " " + letter +
-                          "-stage.enable");
+            bench.command("net " + letter + "-permit interlock.stage-permit-" + number + " " + letter +
+                          "-stage.permit");
+            bench.command("setp " + letter + "-stage.row " + number);
             bench.command("net " + letter + "-trial interlock.stage-trial-" + number + " " + letter +
                           "-stage.offset-3");
             for (const char* setting : {"min-limit -100", "max-limit 100", "joint-acceleration 2000",
@@ -227,6 +228,80 @@ TEST(InterlockCommissioning, TheEmergencyStopEndsATrialForGood) {
         machine.bench.set(std::string("interlock.trial-") + trial, -1);
         machine.bench.run(0.1);
     }
+}
+
+TEST(InterlockCommissioning, APressAppliesItsOwnSourceAlone) {
+    Machine machine;
+    machine.bench.set("y-stage.offset-1", 0.9);
+    machine.bench.set("interlock.trial-stage", 1);
+    machine.bench.set("interlock.trial-offset", 0.01);
+    machine.press(1);
+    EXPECT_NEAR(machine.applied("y"), 0.01, 1e-6);
+    machine.bench.set("y-stage.offset-1", -0.9);
+    machine.press(1);
+    EXPECT_NEAR(machine.applied("y"), 0.01, 1e-6);
+    machine.bench.run(1);
+    EXPECT_EQ(machine.applied("y"), 0);
+}
+
+TEST(InterlockCommissioning, APressMovesNothingElse) {
+    Machine machine;
+    machine.pass_all();
+    EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6);
+    machine.bench.set("interlock.trial-stage", 1);
+    machine.bench.set("interlock.trial-offset", 0.01);
+    machine.press(0.5);
+    machine.bench.set("square.eb0z", -2e-4);
+    machine.press(2);
+    EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6) << "it holds";
+    EXPECT_NEAR(machine.applied("y"), 0.01, 1e-6) << "its own source, beside the offset that was in force";
+    machine.bench.run(2);
+    EXPECT_NEAR(machine.applied("x"), 0.02, 1e-6) << "and goes on afterwards";
+}
+
+TEST(InterlockCommissioning, AFunctionOnTrialMovesItsOwnSourceAlone) {
+    Machine machine;
+    machine.pass("stage", 0);
+    machine.pass("stage", 1);
+    machine.bench.set("x-stage.offset-1", 0.3);
+    machine.bench.run(4);
+    EXPECT_NEAR(machine.applied("x"), 0.3, 1e-6);
+    machine.bench.set("interlock.trial-function", 0);
+    machine.press(0.2);
+    machine.bench.set("x-stage.offset-1", 0.4);
+    machine.press(2);
+    EXPECT_NEAR(machine.applied("x"), 0.31, 1e-6);
+    machine.bench.run(3);
+    EXPECT_NEAR(machine.applied("x"), 0.4, 1e-6);
+}
+
+TEST(InterlockCommissioning, ATurningSpindleEndsAPress) {
+    for (const double speed : {1000., -1000., std::nan("")}) {
+        Machine machine;
+        machine.bench.set("interlock.trial-stage", 1);
+        machine.bench.set("interlock.trial-offset", 0.01);
+        machine.press(1);
+        EXPECT_NEAR(machine.applied("y"), 0.01, 1e-6);
+        machine.bench.set("interlock.spindle-speed", speed);
+        machine.press(0.5);
+        EXPECT_EQ(machine.applied("y"), 0) << speed;
+        machine.bench.set("interlock.spindle-speed", 0);
+        machine.press(0.5);
+        EXPECT_EQ(machine.applied("y"), 0) << "until the next press";
+    }
+}
+
+TEST(InterlockCommissioning, AFunctionThatOnlyMeasuresMovesNoStage) {
+    Machine machine;
+    machine.pass("stage", 0);
+    machine.pass("stage", 1);
+    machine.bench.run(1);
+    machine.bench.set("interlock.spindle-speed", 1000);
+    machine.bench.set("interlock.trial-measures", true);
+    machine.bench.set("interlock.trial-function", 0);
+    machine.press(2);
+    EXPECT_EQ(machine.bench.get("interlock.function-enable-0"), 1);
+    EXPECT_EQ(machine.applied("x"), 0);
 }
 
 TEST(InterlockCommissioning, NoTrialBeyondTheLimitNorWhileAProgramRunsNorOff) {

@@ -43,8 +43,8 @@ struct Machine {
         bench.command("loadrt lowpass names=motion-command-handler,motion-controller,spare");
         bench.command("loadrt or2 names=program");
         bench.command("loadrt squareness names=square");
-        bench.command("loadrt joint_offset names=x-stage,y-stage");
-        bench.command("loadrt axis_offset names=z-stage");
+        bench.command("loadrt joint_offset names=x-stage,y-stage interlock=no");
+        bench.command("loadrt axis_offset names=z-stage interlock=no");
         bench.command("loadrt external_offset names=z-axis");
         bench.command("loadrt interlock names=interlock");
         bench.command(

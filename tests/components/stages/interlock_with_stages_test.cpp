@@ -25,9 +25,9 @@ enum class Gone { unloaded, not_called };
 struct Machine {
     Machine() {
         bench.command("loadrt threads name1=servo-thread period1=1000000");
-        bench.command("loadrt axis_offset names=z-stage,y-stage");
+        bench.command("loadrt axis_offset names=z-stage,y-stage interlock=no");
         bench.command("loadrt external_offset names=z-axis,y-axis");
-        bench.command("loadrt joint_offset names=x-stage,u-stage");
+        bench.command("loadrt joint_offset names=x-stage,u-stage interlock=no");
         bench.command("loadrt motion_joint names=x-joint,u-joint");
         bench.command("loadrt or2 names=program,power,homing");
         net("cycle", "program.out");

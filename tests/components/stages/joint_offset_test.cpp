@@ -22,7 +22,7 @@ constexpr double joint_acceleration = 2000, offset_acceleration = 1000;  // mm/s
 // position.
 void wire(Bench& bench) {
     for (const char* line : {"loadrt threads name1=servo-thread period1=1000000",
-                             "loadrt joint_offset names=x-stage",
+                             "loadrt joint_offset names=x-stage interlock=no",
                              "loadrt motion_joint names=motion",
                              "loadrt lowpass names=drive",
                              "loadrt scale names=tilt",
@@ -107,7 +107,7 @@ std::vector<std::string> complaints_at_rest(Bench& bench) {
 void swing_beyond(Bench& bench, long period_ns) {
     bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period_ns));
     for (const char* line :
-         {"loadrt joint_offset names=x-stage", "loadrt siggen names=swing", "setp x-stage.min-limit -1000",
+         {"loadrt joint_offset names=x-stage interlock=no", "loadrt siggen names=swing", "setp x-stage.min-limit -1000",
           "setp x-stage.max-limit 1000", "setp x-stage.joint-acceleration 2000",
           "setp x-stage.offset-acceleration 20000", "setp x-stage.max-offset 50", "setp x-stage.max-rate 500",
           "setp x-stage.ramp-rate 500", "setp x-stage.homed 1", "setp x-stage.motion-enabled 1",
@@ -565,7 +565,7 @@ struct Swinging {
     Swinging(double its_period, double acceleration, double bound, double rate) : period(its_period) {
         bench.command("loadrt threads name1=servo-thread period1=" +
                       std::to_string(std::lround(period * 1e9)));
-        for (const char* line : {"loadrt joint_offset names=x-stage",
+        for (const char* line : {"loadrt joint_offset names=x-stage interlock=no",
                                  "loadrt siggen names=swing",
                                  "loadrt chopping names=chop",
                                  "setp x-stage.min-limit -1000",
@@ -880,7 +880,7 @@ TEST(JointOffset, ALimitThatIsNotSetIsAFaultAndNoOffsetIsApplied) {
         SCOPED_TRACE(pin);
         Machine machine;
         machine.bench.command("unloadrt joint_offset");
-        machine.bench.command("loadrt joint_offset names=x-stage");
+        machine.bench.command("loadrt joint_offset names=x-stage interlock=no");
         for (const char* line :
              {"net homed x-stage.homed", "net enabled x-stage.motion-enabled",
               "net position x-stage.position", "net command x-stage.joint-command",

@@ -25,7 +25,7 @@ struct StrokeRelease : testing::Test {
     StrokeRelease() {
         for (const char* line :
              {"loadrt threads name1=servo-thread period1=1000000",
-              "loadrt joint_offset names=z-stage",
+              "loadrt joint_offset names=z-stage interlock=no",
               "loadrt chopping names=chop",
               "loadrt motion_joint names=motion",
               "loadrt lowpass names=drive",

@@ -2,7 +2,7 @@
 """interlock, which stands between the functions, their stages, plumb-retain and LinuxCNC. It is loaded once."""
 
 import plumb
-from stages import Part, message
+from stages import Part, instance, message
 
 RETAIN, LINK, TASK_AND_IO = 1, 2, 16 + 32  # the services of interlock, as sums
 
@@ -50,13 +50,16 @@ def interlock(functions, stages, has_operation):
             if name in function.interlock:
                 part.nets.append([function.interlock[name], "=>", "interlock.function-%s-%d" % (name, number)])
     for number, stage in enumerate(stages):
+        name = instance(stage)
+        part.setp.append((name + ".row", number))
+        part.nets.append([name + "-permit", "interlock.stage-permit-%d" % number, "=>", name + ".permit"])
         for name, signal in stage.reports.items():
             part.nets.append([signal, "=>", "interlock.stage-%s-%d" % (name, number)])
     part.nets += [
         ["wait", "interlock.feed-inhibit", "=>", "motion.feed-inhibit", "motion.feed-hold"],
         ["no-homing", "interlock.homing-inhibit", "=>", "motion.homing-inhibit"],
         ["stages-ramping", "interlock.ramping"],
-        ["heartbeat", "interlock.heartbeat"],
+        ["spindle-speed-cmd", "spindle.0.speed-out", "=>", "interlock.spindle-speed"],
         ["feed-held", "interlock.feed-held", "=>", "linuxcnc-link.feed-held"],
         ["interlock-fault", "interlock.fault", "=>", "linuxcnc-link.interlock-fault"],
         ["interlock-code", "interlock.fault-code", "=>", "linuxcnc-link.interlock-fault-code"],
@@ -115,7 +118,6 @@ def _arm(part, axes):
     part.nets += [] if abort in part.nets else [abort]
     part.nets += [
         ["cycle-running", "motion.digital-out-00", "=>", "interlock.cycle-running"],
-        ["arm", "interlock.arm"],
         ["lacks-offset", "interlock.uncompensated", "=>", "linuxcnc-link.uncompensated"],
         ["probing-told", "interlock.probing-refused", "=>", "linuxcnc-link.probing-refused"],
     ]

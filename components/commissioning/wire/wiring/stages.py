@@ -34,7 +34,6 @@ def joint_stage(prefix, joint, sources, machine):
         [prefix + "-position", "joint.%d.pos-cmd" % joint, "=>", stage + ".position"],
         [prefix + "-homed", "joint.%d.homed" % joint, "=>", stage + ".homed"],
         ["motion-enabled", "motion.motion-enabled", "=>", stage + ".motion-enabled"],
-        ["heartbeat", "=>", stage + ".heartbeat"],
         *([source, "=>", "%s.offset-%d" % (stage, index)] for index, source in enumerate(sources)),
         [prefix + "-joint-cmd", "joint.%d.motor-pos-cmd" % joint, "=>", stage + ".joint-command"],
         [prefix + "-velocity", "joint.%d.vel-cmd" % joint, "=>", stage + ".joint-velocity"],
@@ -81,8 +80,6 @@ def axis_stage(letter, source, clear):
     part = Part("%s: into the axis %s" % (stage, letter.upper()), {"axis_offset": [stage]})
     part.nets = [
         [source, "=>", stage + ".offset-0"],
-        ["arm", "=>", stage + ".arm"],
-        ["heartbeat", "=>", stage + ".heartbeat"],
         [clear, "=>", stage + ".clear"],
         ["motion-type", "motion.motion-type", "=>", stage + ".motion-type"],
         ["motion-enabled", "motion.motion-enabled", "=>", stage + ".motion-enabled"],
@@ -181,8 +178,7 @@ def commissioning(functions, stages, limit):
     part = Part("Nothing acts before it has passed plumb commission")
     part.setp = [("interlock.commissioning", "true"), ("interlock.trial-limit", "%g" % limit)]
     for number, stage in enumerate(stages):
-        name = _instance(stage)
-        part.nets.append([name + "-enable", "interlock.stage-enable-%d" % number, "=>", name + ".enable"])
+        name = instance(stage)
         part.nets.append([name + "-trial", "interlock.stage-trial-%d" % number, "=>", name + ".offset-3"])
     return part
 
@@ -200,7 +196,8 @@ def passed(functions, stages):
     return pins + ["interlock.stage-passed-%d" % number for number in range(len(stages))]
 
 
-def _instance(stage):
+def instance(stage):
+    """The name of a stage."""
     return next(names[0] for names in stage.modules.values())
 
 

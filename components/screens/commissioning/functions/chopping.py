@@ -31,8 +31,9 @@ class Strokes(OnTrial):
         place, lowest, highest = (float(rig.get(instance, short)) for short in ("position", "min-limit", "max-limit"))
         if place - STROKE * self.unit - lowest < MARGIN * self.unit or highest - place < MARGIN * self.unit:
             return Verdict("state", _("The axis is nearer than {margin} mm to a soft limit.").format(margin=number(MARGIN)), _("Move it to the middle of its travel."))
-        if rig.get(instance, "learn"):
-            self.session.lend(instance, "learn", 0)  # learning begins inside the dead points
+        unlent = self.session.lend(instance, "learn", 0) if rig.get(instance, "learn") else None  # learning begins inside the dead points
+        if unlent is not None:
+            return unlent
         rig.mdi("G21")  # the words of G81.1 are in the unit of the program
         refused = super().begin_press()
         if refused is None and self._acts():
@@ -104,7 +105,7 @@ class Hold(Strokes):
         now, override = self.rig.clock(), float(self.rig.get(self.function.instance, "override"))
         if self.began is None:
             self.began = now
-            self.session.lend(self.function.instance, "override", 0)
+            self.session.lend(self.function.instance, "override", 0)  # else by the user, who is told so
         if override == 0 and now - self.began > 4 * STROKE / SPEED * 60:
             place = float(self.rig.get(self.function.instance, "offset"))
             self.places = [(when, where) for when, where in self.places if now - when < HELD] + [(now, place)]
@@ -137,7 +138,7 @@ class Return(Step):
 
     def finish(self, values):
         rig = self.rig
-        if abs(values["read"]) > 3 * self.session.tolerance:
+        if not abs(values["read"]) <= 3 * self.session.tolerance:
             return Verdict("stayed", _("The axis is {read} from point R.").format(read=number(values["read"], 4)), _("Look for stick and backlash."))
         if not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance)):
             return Verdict("stayed", _("The stroke leaves an offset behind."), _("Turn the machine off and on, and home the axis."))

@@ -3,12 +3,13 @@
 
 import re
 
-from commissioning.judging import Verdict, good, judge
+from commissioning.judging import SHOWN, Verdict, good, judge
 from commissioning.steps import Field, OnTrial, Step
 from panel.texts import _, number
 
 MOVES_NOTHING = False
 SHORTEST = 20  # mm, of a test move
+LEAST = 1e-4  # mm: a smaller error is the square of a tilt
 ERRORS = ("x-error", "y-error", "z-error")
 # The component of the error that a tilt about A, B or C gives along each axis of travel, and its sign.
 LEVER = {"x": {"c": (1, 1), "b": (2, -1)}, "y": {"c": (0, -1), "a": (2, 1)}, "z": {"b": (0, 1), "a": (1, -1)}}
@@ -24,7 +25,7 @@ class Move:
 
     def __init__(self, letter):
         self.letter = letter
-        self.start = self.end = self.here = None
+        self.start = self.end = None
 
     def look(self, session):
         """Place and errors now."""
@@ -40,17 +41,19 @@ class Move:
         """Of the errors, from start to end."""
         return [b - a for a, b in zip(self.start[1], self.end[1])]
 
-    @property
-    def component(self):
-        return max(range(3), key=lambda i: abs(self.change[i]))
+
+class Error:
+    """The error along a travel in one direction, which its own reading shows."""
+
+    here = None  # the corrected reading at the first end
+
+    def __init__(self, move, component):
+        self.letter, self.look, self.start, self.end, self.travel = move.letter, move.look, move.start, move.end, move.travel
+        self.component, self.direction, self.expected = component, "XYZ"[component], move.change[component]
 
     @property
-    def direction(self):
-        return "XYZ"[self.component]
-
-    @property
-    def expected(self):
-        return self.change[self.component]
+    def name(self):
+        return _("{side} along {axis}, {error}").format(side=self.direction, axis=self.letter, error=number(self.expected, 4))
 
     def tilts(self, session):
         """The tilts of this axis and their parts of the error; empty where other axes carry it, too."""
@@ -101,15 +104,20 @@ class End(Step):
         self.move.end = self.move.look(self.session)
         if abs(self.move.travel) < SHORTEST * self.unit:
             return Verdict("state", _("{axis} did not move so far.").format(axis=self.move.letter), _("Move it by at least {least} mm.").format(least=SHORTEST))
-        return good(_("The tilts give {error} along this travel.").format(error=number(self.move.expected, 4)))
+        return good(_("Errors by the tilts: {errors}.").format(errors="; ".join(error.name for error in self.errors()) or _("none")))
 
     def following(self, verdict):
         if not verdict.passed:
             return []
-        if abs(self.move.expected) < 2 * self.session.tolerance:
-            return []  # nothing to see along this axis
-        self.session.tilted = True
-        return [WithoutIt(self.session, self.move), WithItHere(self.session, self.move), WithIt(self.session, self.move)]
+        more = []
+        for error in self.errors():
+            shown = abs(error.expected) >= SHOWN * self.session.tolerance
+            (self.session.tried if shown else self.session.small).append(error.name)
+            more += [WithoutIt(self.session, error), WithItHere(self.session, error), WithIt(self.session, error)] if shown else []
+        return more
+
+    def errors(self):
+        return [Error(self.move, i) for i in range(3) if abs(self.move.change[i]) > LEAST * self.unit]
 
 
 class WithoutIt(Step):
@@ -120,7 +128,7 @@ class WithoutIt(Step):
     def __init__(self, session, move):
         super().__init__(session)
         self.move = move
-        self.title = _("{axis} without the correction").format(axis=move.letter)
+        self.title = _("{axis} without the correction, {side}").format(axis=move.letter, side=move.direction)
         self.look = _("Set up the square along {axis}. The indicator is in the spindle; its plunger points to {side}+ and touches the blade, so that it reads "
                       "more when the tool moves to {side}+. Set it to 0 here, move {axis} back to {start}, and read it. Right: {right}. With the sign of "
                       "{names} wrong: {wrong}.").format(axis=move.letter, side=move.direction, start=number(move.start[0]), right=number(-move.expected, 4),
@@ -155,7 +163,7 @@ class WithItHere(OnTrial):
     def __init__(self, session, move):
         super().__init__(session)
         self.move = move
-        self.title = _("{axis} with the correction, here").format(axis=move.letter)
+        self.title = _("{axis} with the correction, {side}, here").format(axis=move.letter, side=move.direction)
         self.look = _("Leave {axis} and the indicator as they are. Press and hold: the function acts. Read the indicator; let go.").format(axis=move.letter)
         self.back = _("Letting go returns the correction to 0.")
         self.picture = ("square", move.letter)
@@ -189,7 +197,7 @@ class WithIt(WithItHere):
     def __init__(self, session, move):
         super().__init__(session, move)
         parts = ", ".join(_("{name} wrong: {reading} more").format(name=short, reading=number(2 * part, 4)) for short, part in move.tilts(session).items())
-        self.title = _("{axis} with the correction").format(axis=move.letter)
+        self.title = _("{axis} with the correction, {side}").format(axis=move.letter, side=move.direction)
         self.look = _("Leave the indicator as it is, and move {axis} to {end}. Press and hold; read the indicator; let go. Right: the reading of the step "
                       "before. All signs wrong: {wrong} more. Not applied: {none} more.").format(
                           axis=move.letter, end=number(move.end[0]), wrong=number(2 * move.expected, 4), none=number(move.expected, 4)) + (
@@ -208,14 +216,17 @@ class WithIt(WithItHere):
 class AnyTilt(Step):
     def __init__(self, session):
         super().__init__(session)
-        session.tilted = False
+        session.tried, session.small = [], []
         self.title = _("All tilts tried")
         self.look = _("The program looks whether a travel has shown each tilt.")
         self.back = _("Nothing is applied: the function is off.")
 
     def finish(self, values):
-        if self.session.tilted:
-            return good(_("The tilts have the right signs."))
+        for small in self.session.small:
+            self.session.not_tried(_("{error}: too small for the indicator").format(error=small))
+        if self.session.tried:
+            sentence = _("Tried, with the right sign: {errors}.").format(errors="; ".join(self.session.tried))
+            return good(sentence + (" " + _("Not tried, too small: {errors}.").format(errors="; ".join(self.session.small)) if self.session.small else ""))
         tilts = [short for short, pin in self.function.instance.pins.items()
                  if re.fullmatch(r"e[abc]0[xyzuvw]", short) and self.rig.get(self.function.instance, short)]
         if tilts:

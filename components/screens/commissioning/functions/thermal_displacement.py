@@ -66,7 +66,7 @@ class Place(Step):
 class Touch(OnTrial):
     """A dry run, for which nobody needs to press: the function compares, and moves nothing."""
 
-    holds, watches = False, True
+    holds, watches, measures = False, True, True
     minutes = 4
 
     def __init__(self, session):
@@ -78,7 +78,7 @@ class Touch(OnTrial):
         self.picture = ("touch", "Z")
 
     def begin(self):
-        self.session.lend(self.function.instance, "dry-run", 1)
+        self.unlent = self.session.lend(self.function.instance, "dry-run", 1)
         self.rig.mdi("M68 E0 Q%d" % OPERATION)
         self.begin_press()
         self.rig.mdi("M64 P0")
@@ -89,6 +89,8 @@ class Touch(OnTrial):
         count = int(rig.get(instance, "contacts")) - self.before
         self.end_press()
         rig.mdi("M65 P0")
+        if self.unlent is not None:
+            return self.unlent
         if count < 1:
             refused = self.acting()
             self.begin()
@@ -124,7 +126,9 @@ class VerifyStep(OnTrial):
         if rig.get(instance, "spindle-speed-cmd"):
             return Verdict("state", _("The spindle turns."), _("Stop it, and repeat the step."))
         for short, value in (("verify-step", repr(self.asked)), ("verify", 1), ("dry-run", 0)):
-            self.session.lend(instance, short, value)
+            unlent = self.session.lend(instance, short, value)
+            if unlent is not None:
+                return unlent
         refused = super().begin_press()
         if refused is None:
             rig.mdi("M64 P0")  # verify-step begins with a cycle
