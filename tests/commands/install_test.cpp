@@ -66,6 +66,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",
+                                    "/usr/lib/python3/dist-packages/plumb_folder.py",
                                     "/usr/lib/python3/dist-packages/plumb_linuxcnc.py",
                                     "/usr/lib/python3/dist-packages/plumb_program.py"};
     for (const std::string& module : built_modules()) {
