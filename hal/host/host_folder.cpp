@@ -2,7 +2,6 @@
 #include "hal/host/host_folder.hpp"
 
 #include <dirent.h>
-#include <fcntl.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -19,6 +18,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hal/folder_lock.hpp"
 #include "hal/host/leftovers.hpp"
 #include "hal/socket_folder.hpp"
 
@@ -66,21 +66,6 @@ bool is_name_of_a_host(std::string_view name) {
            name.find_first_not_of(letters, beginning.size()) == std::string_view::npos;
 }
 
-bool same_file(const struct stat& one, const struct stat& other) {
-    return one.st_ino == other.st_ino && one.st_dev == other.st_dev;
-}
-
-int opened(int where, const char* name) {
-    return openat(where, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-}
-
-bool lock(int folder, int kind) {
-    int result = 0;
-    do result = flock(folder, kind);
-    while (result != 0 && errno == EINTR);
-    return result == 0;
-}
-
 // Whether a host listens in the folder: one of an older Plumb has no lock.
 bool answers(int folder) {
     sockaddr_un address{};
@@ -98,41 +83,20 @@ bool answers(int folder) {
 bool is_dead(int place, const char* name, int folder) {
     struct stat state {};
     struct stat named {};
-    return fstat(folder, &state) == 0 && state.st_uid == geteuid() && lock(folder, LOCK_EX | LOCK_NB) &&
-           fstatat(place, name, &named, AT_SYMLINK_NOFOLLOW) == 0 && same_file(state, named) &&
+    return fstat(folder, &state) == 0 && state.st_uid == geteuid() &&
+           hal::lock_folder(folder, LOCK_EX | LOCK_NB) &&
+           fstatat(place, name, &named, AT_SYMLINK_NOFOLLOW) == 0 && hal::same_file(state, named) &&
            !answers(folder);
 }
 
 bool remove_if_dead(int place, const char* name) {
-    const int folder = opened(place, name);
+    const int folder = hal::open_folder(place, name);
     if (folder < 0) return false;
     const bool dead = is_dead(place, name, folder);
     if (dead) unlinkat(folder, hal::socket_name, 0);
     const bool removed = dead && unlinkat(place, name, AT_REMOVEDIR) == 0;
     close(folder);
     return removed;
-}
-
-// Makes a folder, and locks it. Returns the lock, -1 where the file system has none; nothing if there is no
-// such folder: the caller knows from errno, which is EEXIST if it may try another name.
-std::optional<int> make(const std::string& path) {
-    if (mkdir(path.c_str(), 0700) != 0) return std::nullopt;
-    // Until it is locked, another host may take it for one of the dead, and remove it.
-    const int folder = opened(AT_FDCWD, path.c_str());
-    if (folder < 0) {
-        if (errno != ENOENT) return -1;
-        errno = EEXIST;
-        return std::nullopt;
-    }
-    lock(folder, LOCK_SH);
-    struct stat state {};
-    struct stat named {};
-    if (fstat(folder, &state) == 0 && lstat(path.c_str(), &named) == 0 && same_file(state, named))
-        return folder;
-    close(folder);
-    rmdir(path.c_str());
-    errno = EEXIST;
-    return std::nullopt;
 }
 
 }  // namespace
@@ -146,11 +110,12 @@ HostFolder::HostFolder() {
             path_ = place + "/" + host_file_beginning;
             for (std::size_t i = 0; i < drawn; ++i) path_ += letters[random() % letters.size()];
             leftovers().set_folder(path_);
-            if (const auto made = make(path_)) {
-                lock_ = *made;
+            const bool made = mkdir(path_.c_str(), 0700) == 0;
+            if (!made && errno != EEXIST) break;
+            if (const auto lock = made ? hal::lock_new_folder(path_) : std::nullopt) {
+                lock_ = *lock;
                 return;
             }
-            if (errno != EEXIST) break;
         }
     }
     const int error = errno;

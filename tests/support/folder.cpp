@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "tests/support/folder.hpp"
 
+#include "hal/folder_lock.hpp"
+
+#include <unistd.h>
+
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -10,14 +15,21 @@
 namespace plumb {
 
 Folder::Folder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "plumb-test-XXXXXX").string();
-    if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make a folder like " + pattern);
-    path_ = pattern;
+    const auto pattern = (std::filesystem::temp_directory_path() / "plumb-temporary-XXXXXX").string();
+    std::optional<int> lock;
+    while (!lock) {
+        std::string drawn = pattern;
+        if (!mkdtemp(drawn.data())) throw std::runtime_error("cannot make a folder like " + pattern);
+        lock = hal::lock_new_folder(drawn);
+        path_ = drawn;
+    }
+    lock_ = *lock;
 }
 
 Folder::~Folder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
+    if (lock_ >= 0) close(lock_);
 }
 
 std::filesystem::path Folder::write(const std::string& name, const std::string& text) const {

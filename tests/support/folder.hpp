@@ -6,7 +6,8 @@
 
 namespace plumb {
 
-// A folder for a test's files, removed with all that is in it.
+// A folder for a test's files, removed with all that is in it. It is named and locked as a TemporaryFolder of
+// plumb_folder.py, which removes it after a kill.
 class Folder {
 public:
     Folder();
@@ -21,6 +22,7 @@ public:
 
 private:
     std::filesystem::path path_;
+    int lock_ = -1;
 };
 
 // The bytes of a file; none where it cannot be read.
