@@ -11,7 +11,6 @@ import shlex
 import shutil
 import signal
 import sys
-import tempfile
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
@@ -25,6 +24,7 @@ from machine import joints_by_coordinates  # noqa: E402
 from numbers_of_programs import SECTION as NUMBERS  # noqa: E402
 from numbers_of_programs import Numbers, number_names, pins_of  # noqa: E402
 from output import Output  # noqa: E402
+from plumb_folder import TemporaryFolder  # noqa: E402
 from plumb_program import run as run_program  # noqa: E402
 from rotary_axes import without_joint  # noqa: E402
 from stand_ins import given_pins  # noqa: E402
@@ -185,7 +185,7 @@ class Wire:
         self.check_axes(joints, ini)
         self.check_codes(ini)
         print("Reading %s" % os.path.basename(self.ini_path), flush=True)
-        with temporary_folder() as folder:
+        with TemporaryFolder() as folder:
             trials = Trials(self.home, folder, plumb_program(), self.given_pins, self.later)
             wiring = self.joined(trials, joints)
             self.tell_stand_ins(trials.stand_ins)
@@ -242,7 +242,7 @@ class Wire:
         if not self.functions:
             raise Impossible("No function is wired in %s." % self.output.folder)
         ini = self.fresh_ini()
-        with temporary_folder() as folder:
+        with TemporaryFolder() as folder:
             trials = Trials(self.home, folder, plumb_program(), self.given_pins, self.later)
             wiring = self.joined(trials, self.given_joints or joints_by_coordinates(ini))
         files = self.files(wiring)
@@ -571,15 +571,6 @@ class Wire:
             if on_abort and ABORT not in on_abort:
                 found.append("Your ON_ABORT_COMMAND is %s: add the line o<%s> call to this subroutine." % (on_abort, name))
         return found
-
-
-def temporary_folder():
-    """A folder for the trials, which is gone at each end of this program but a kill; then the next one removes it."""
-    for name in os.listdir(tempfile.gettempdir()):
-        path, owner = os.path.join(tempfile.gettempdir(), name), re.match(r"plumb-wire-(\d+)-", name)
-        if owner and not os.path.exists("/proc/" + owner[1]) and os.lstat(path).st_uid == os.geteuid():
-            shutil.rmtree(path, ignore_errors=True)
-    return tempfile.TemporaryDirectory(prefix="plumb-wire-%d-" % os.getpid())
 
 
 def forbid_names(path, ini):
