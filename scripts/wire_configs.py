@@ -5,7 +5,6 @@ import argparse
 import os
 import shutil
 import sys
-import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
@@ -16,6 +15,7 @@ from ini_file import IniFile  # noqa: E402
 from later_files import LaterFiles  # noqa: E402
 from machine import joints_by_coordinates  # noqa: E402
 from numbers_of_programs import Numbers  # noqa: E402
+from plumb_folder import TemporaryFolder  # noqa: E402
 from trials import Trials  # noqa: E402
 from wiring import Wiring  # noqa: E402
 
@@ -59,7 +59,7 @@ def files(ini, beginning, names, kept, messaging):
     for number, function in enumerate(functions):
         function.number = number
     folder = os.path.dirname(os.path.join(CONFIGS, ini))
-    with tempfile.TemporaryDirectory(prefix="plumb-configs-", dir="/var/tmp") as temporary:
+    with TemporaryFolder("/var/tmp") as temporary:
         copy = os.path.join(temporary, "machine")
         shutil.copytree(folder, copy)
         machine = look(os.path.join(copy, os.path.basename(ini)), temporary)

@@ -8,12 +8,14 @@ import shutil
 import stat
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
+sys.path.insert(1, os.path.join(ROOT, "hal", "client"))
+from plumb_folder import TemporaryFolder  # noqa: E402
+
 PLUMB = os.path.join(BUILD, "bin", "plumb")
 SAMPLES = "/usr/share/doc/linuxcnc/examples/sample-configs"
 GALLERY = os.path.join(ROOT, "tests", "specimens", "machines")
@@ -61,7 +63,7 @@ def main():
     parser.add_argument("--show", action="store_true", help="print the output of plumb wire")
     arguments = parser.parse_args()
     works = tried = 0
-    with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as folder:
+    with TemporaryFolder("/var/tmp") as folder:
         machines = []
         if not arguments.folder:
             samples = copy_samples(arguments.samples, folder)
@@ -119,7 +121,7 @@ class Run:
         own, home = [output_of(ini)], os.path.dirname(ini)
         before, files = snapshot(root, own), contents(home)
         begin = time.monotonic()
-        with tempfile.TemporaryDirectory(prefix="plumb-samples-", dir="/var/tmp") as temporary, Watch(temporary) as watch:
+        with TemporaryFolder("/var/tmp") as temporary, Watch(temporary) as watch:
             self.status, self.output = wire(ini, functions, [*options, "--apply"], TMPDIR=temporary)
         self.seconds, self.megabytes = time.monotonic() - begin, watch.largest / 1e6
         applied = [name for name, text in contents(home).items() if files.get(name) != text and name + ".before-plumb" in contents(home)]

@@ -11,7 +11,6 @@ which is another one of the same kind.
 
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -113,7 +112,9 @@ def judge(column):
 
 
 def simulate(seed, duration, progress):
-    with tempfile.TemporaryDirectory() as folder:
+    from plumb_folder import TemporaryFolder
+
+    with TemporaryFolder() as folder:
         laws = [law_of(run_test(folder, number)) for number in (seed, 1)]
         errors = judge(work(folder, seed, laws, duration, progress))
     return {way: ([rms(values[:, axis]) for axis in range(3)], [largest(values[:, axis]) for axis in range(3)]) for way, values in errors.items() if len(values)}

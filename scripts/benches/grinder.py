@@ -7,7 +7,6 @@ time: constant speed to the dead point, a trapezoid of speed, and chopping witho
 
 import csv
 import os
-import tempfile
 
 import numpy as np
 
@@ -216,8 +215,9 @@ start
 def drift(hours, progress):
     """Strokes in so many hours, and by how many seconds they are late then, by the set cycle time and the periods of the thread."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+    with plumb.Host() as host, TemporaryFolder() as folder:
         for line in filter(None, DRIFT_LINES.splitlines()):
             host.command(line)
         host.run(10)
@@ -324,12 +324,14 @@ def write_axes(path, seeds, results):
 
 
 def errors_of_commands(seeds, options):
+    from plumb_folder import TemporaryFolder
+
     commands = list(dict.fromkeys([*COMMANDS, *LEARNED]))
     tasks = [(command, seed) for command in commands for seed in seeds]
     outcomes = simulate_all(simulate, tasks, DURATION * len(tasks), place_of(options))
     results = {command: outcomes[i * len(seeds) : (i + 1) * len(seeds)] for i, command in enumerate(commands)}
     paths = [os.path.join(options.output, name) for name in ("grinder.png", "grinder.svg", "axes.csv")]
-    with tempfile.TemporaryDirectory(prefix="plumb-grinder-") as folder:
+    with TemporaryFolder() as folder:
         draw(paths[:2], record_cycle(folder), results)
     write_axes(paths[2], seeds, results)
     return [*error_lines(results), "", *promise_lines(results), "", written_line(paths)]

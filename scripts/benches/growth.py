@@ -13,7 +13,6 @@ those after the second accepted contact are printed.
 
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -79,8 +78,9 @@ def draw_speeds(seed, kind, duration):
 def simulate(seed, speeds, duration, progress):
     """(errors of each way, errors of the contacts) in um of one run; without speeds, of the measured curve."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options=OPTIONS) as host:
+    with TemporaryFolder() as folder, plumb.Host(options=OPTIONS) as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         add_hold(host)

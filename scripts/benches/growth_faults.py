@@ -9,7 +9,6 @@ with a factor of 1, 0.8 or 1.3 the right name is that of its true gain, below 0.
 import collections
 import csv
 import os
-import tempfile
 
 import numpy as np
 
@@ -41,7 +40,9 @@ def main():
 
 def simulate(seed, fault, progress):
     """(named fault, whether it is right, errors) of one test."""
-    with tempfile.TemporaryDirectory() as folder:
+    from plumb_folder import TemporaryFolder
+
+    with TemporaryFolder() as folder:
         log = run_test(folder, seed, {"artifact.compensation-fault": fault}, truth=fault in FACTORS)
         results = results_of(log, folder)
         truth = os.path.join(folder, "truth.csv")

@@ -12,7 +12,6 @@ import dataclasses
 import functools
 import os
 import sys
-import tempfile
 import time
 
 import numpy as np
@@ -135,8 +134,9 @@ def judge(recording):
 def simulate(seed, compensated, duration, progress, load_every=None, constant_in_part=False):
     """The Outcome of one run; progress(seconds done) is called meanwhile. load_every is in s; None leaves it to the drive."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.set("growth.enable", compensated)

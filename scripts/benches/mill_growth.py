@@ -7,7 +7,6 @@ behind thermal_displacement makes it absent, of wrong sign, too weak or too stro
 """
 
 import os
-import tempfile
 
 from support.command import add_place, errors_reported, new_parser, place_of, whole
 from support.growth_tests import log_text, read_records, results_of
@@ -57,8 +56,9 @@ def add_growth_test(host, seed, factor):
 def simulate(seed, name, progress):
     """The number and the sentence of the compensation in the report, its gain in Z, and the largest deviations in Z in um."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options=OPTIONS) as host:
+    with TemporaryFolder() as folder, plumb.Host(options=OPTIONS) as host:
         start_mill(host, seed)
         add_growth_test(host, seed, FACTORS[name])
         host.set("artifact.play", True)

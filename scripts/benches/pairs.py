@@ -11,7 +11,6 @@ import dataclasses
 import os
 import random
 import sys
-import tempfile
 
 import numpy as np
 
@@ -132,8 +131,9 @@ def write_signals(path, pairs, ripple):
 def simulate(case, pairs, progress):
     """The Scatter of so many pairs."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         signals, loads, results = (os.path.join(folder, name) for name in ("signals.csv", "loads.csv", "results.csv"))
         setup(host, case)
         contacts, end = write_signals(signals, pairs, case.ripple)

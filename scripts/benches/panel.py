@@ -8,7 +8,6 @@ window of another program, as in a tab of AXIS. Hidden means that this window is
 import ctypes
 import os
 import sys
-import tempfile
 import time
 
 from support.command import errors_reported, new_parser, whole
@@ -157,8 +156,9 @@ def changes_of_page(count, seconds):
     """A finger goes through the pages that often in so many seconds, while the machine runs at ten times the clock. Prints growth and processor
     time of each tenth of it."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with virtual() as display, plumb.Host() as host, tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
+    with virtual() as display, plumb.Host() as host, TemporaryFolder() as folder:
         host.load(CONFIG)
         host.command("start")
         host.run(60)

@@ -15,7 +15,6 @@ import math
 import os
 import subprocess
 import sys
-import tempfile
 import threading
 
 import numpy as np
@@ -61,7 +60,9 @@ def cut_at_some_speed(kind, seed, feed, parts, stop):
 
 def cut(kind, seed, feed, parts, speed, stop):
     """The results of read_recording() for each (run, part) on machine `seed`."""
-    with tempfile.TemporaryDirectory(prefix="plumb-part-") as folder:
+    from plumb_folder import TemporaryFolder
+
+    with TemporaryFolder() as folder:
         ini, options = prepare(kind, seed, folder)
         words = [word for name, value in options.items() for word in ("--option", f"{name}={value}")]
         command = [*plumb_run(BUILD, "--speed", f"{speed}", *words), "linuxcnc", "-r", ini, f"--feed={feed}", *parts]

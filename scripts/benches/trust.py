@@ -14,7 +14,6 @@ import math
 import os
 import random
 import sys
-import tempfile
 
 import numpy as np
 
@@ -238,8 +237,9 @@ def simulate_growth(seed, rate, growth, second, duration, progress):
 
 def simulate(seed, rate, name, duration, progress, growth=None, second=False):
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+    with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
         excluded = excluded_operations(host)
     cuts, _, times = find_cuts(column, excluded)
@@ -260,8 +260,9 @@ def simulate_shift(seed, rate, name, duration, growth, second, progress):
 def simulate_event(seed, rate, name, duration, growth, progress):
     """The load_events.Outcome of a machine."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+    with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.set("mill.spindle-growth", growth / 1000)
@@ -284,9 +285,10 @@ def together(outcomes):
 def simulate_day(number, rate, progress):
     """The findings of a day of drawn attacks, as lines; and the number of its cuts."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
     attacks = drawn_attacks(number)
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+    with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         column = record(host, folder, 0, attacks, DAY, progress)
         most, fastest = host.get("growth.max-offset"), host.get("growth.max-rate")
     cuts, _, times = find_cuts(column)

@@ -14,11 +14,11 @@ import random
 import shutil
 import subprocess
 import sys
-import tempfile
 
 import campaign
 
 sys.path.insert(1, os.path.join(campaign.ROOT, "scripts"))
+from plumb_folder import TemporaryFolder  # noqa: E402
 from plumb_run import plumb_run  # noqa: E402
 
 TIME_OUT = 2.5  # s, of task and io in configs/common/alive.hal
@@ -121,7 +121,7 @@ with Machine(timeout=%(patience)d) as machine:
 def attack(seed):
     loops = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(options.hogs)]
     try:
-        with tempfile.TemporaryDirectory(prefix="plumb-alive-") as folder:
+        with TemporaryFolder() as folder:
             return one_run(seed, folder)
     finally:
         for loop in loops:

@@ -19,12 +19,12 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import zlib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import campaign  # noqa: E402  (beside this file)
+from plumb_folder import TemporaryFolder  # noqa: E402
 
 ROOT, BUILD = campaign.ROOT, os.path.realpath(campaign.BUILD)
 BIN = os.path.join(BUILD, "bin")
@@ -314,7 +314,7 @@ def growth_log_text():
     os.environ.setdefault("PLUMB_BUILD", BUILD)
     from support.growth_tests import run_test
 
-    with tempfile.TemporaryDirectory(prefix="plumb-campaign-") as folder:
+    with TemporaryFolder() as folder:
         return read(run_test(folder, 3))
 
 
@@ -396,7 +396,7 @@ class Wire(Program):
                 shutil.copy(entry.path, copy)
         self.ini = os.path.join(copy, "axis_mm.ini")
         if Wire.trials is None:
-            Wire.holder = tempfile.TemporaryDirectory(prefix="plumb-campaign-", dir="/var/tmp")
+            Wire.holder = TemporaryFolder("/var/tmp")
             done = subprocess.run(self.words("record", Wire.holder.name), stdin=subprocess.DEVNULL, capture_output=True, text=True,
                                   env={**os.environ, "PYTHONPATH": os.path.join(BUILD, "python")}, check=False)
             if done.returncode != 0:
@@ -690,7 +690,7 @@ def chosen():
 def attack(seed):
     every = chosen()
     scenario, kind, error = every[(seed - 1) % len(every)]
-    with tempfile.TemporaryDirectory(prefix="plumb-campaign-", dir="/var/tmp", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder("/var/tmp") as folder:
         os.chmod(folder, 0o711)  # root's host has a part with the rights of another user
         return attack_one(scenario, kind, error, folder, random.Random(seed))
 

@@ -8,9 +8,9 @@ and older than it may be is a finding, and so is a link that does not recover or
 import os
 import re
 import subprocess
-import tempfile
 
 import campaign
+from plumb_folder import TemporaryFolder
 
 FAULTS = 10000
 PATIENCE = 900  # s
@@ -29,7 +29,7 @@ def modbus(seed):
 def can(seed):
     machine = os.path.join(campaign.ROOT, "tests", "support", "can_vm")
     program = os.path.join(campaign.BUILD, "specimens", "can_link_faults")
-    with tempfile.TemporaryDirectory() as folder:
+    with TemporaryFolder() as folder:
         words = [machine, str(PATIENCE), folder, program, str(FAULTS), str(seed)]
         return outcome(words, {**os.environ, "PLUMB_BUILD": campaign.BUILD})
 

@@ -12,11 +12,11 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 import campaign  # noqa: E402  (beside this file)
 import wire_samples  # noqa: E402
+from plumb_folder import TemporaryFolder  # noqa: E402
 
 PATIENCE = 600  # s
 MACHINES = ("axis_mm.ini", "lathe.ini", "axis.ini", "simtcl/twopass_basic.ini", "ini_with_includes/includes_demo.ini")
@@ -207,7 +207,7 @@ def files_of(machine, ending):
 
 def attack(seed):
     draw = random.Random(seed)
-    with tempfile.TemporaryDirectory(prefix="plumb-campaign-", dir="/var/tmp", ignore_cleanup_errors=True) as root:
+    with TemporaryFolder("/var/tmp") as root:
         machine = Machine(draw, root)
         for one in sorted(draw.sample(ATTACKS, draw.randint(1, 4)), key=ATTACKS.index):
             one(machine)

@@ -8,11 +8,11 @@ import os
 import socket
 import subprocess
 import sys
-import tempfile
 import unittest
 from unittest import mock
 
 import linuxcnc
+from plumb_folder import TemporaryFolder
 from tree import BUILD, own_folder
 from wire_sample import plumb_wire, read, snapshot, write
 
@@ -690,8 +690,7 @@ class Sandbox(unittest.TestCase):
         self.outside_as_before()
 
     def test_no_device_socket_or_network_of_the_computer_is_in_sight(self):
-        place = tempfile.mkdtemp(dir="/tmp")
-        self.addCleanup(os.rmdir, place)
+        place = self.enterContext(TemporaryFolder("/tmp"))
         address = os.path.join(place, "socket")
         with socket.socket(socket.AF_UNIX) as near, socket.socket(socket.AF_INET) as far:
             near.bind(address)

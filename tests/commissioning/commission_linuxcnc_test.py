@@ -9,13 +9,13 @@ puts each fault into the wiring of each function, and prints what was named.
 
 import os
 import sys
-import tempfile
 import unittest
 
 import linuxcnc_runs
 import restarts
 from commissioning_machines import prepared
 from linuxcnc_runs import own_folder
+from plumb_folder import TemporaryFolder
 
 
 class Commission(unittest.TestCase):
@@ -108,7 +108,7 @@ def table(functions):
     print("| Function | Fault put in | Step | Named |\n| --- | --- | --- | --- |")
     for function in functions or FAULTS:
         faults = FAULTS[function]
-        with tempfile.TemporaryDirectory(prefix="plumb-test-") as folder:
+        with TemporaryFolder() as folder:
             os.chmod(folder, 0o777)
             its, _output = linuxcnc_runs.work(folder, prepared(folder, function), "commission_scenario.py", function, *faults)
         for fault, row in its["facts"]["table"].items():

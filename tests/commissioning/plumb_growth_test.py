@@ -8,15 +8,15 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
 import unittest
 import zlib
 from html.parser import HTMLParser
 
 import plumb
+from plumb_folder import TemporaryFolder
 from support import growth_days
 from support.growth_tests import add_axis_growth, law_of, results_of, run_test
-from tree import BUILD, ROOT
+from tree import BUILD, ROOT, own_folder
 
 PLUMB_GROWTH = os.path.join(BUILD, "bin", "plumb-growth")
 UM = 1e-3
@@ -56,14 +56,10 @@ class Page(HTMLParser):
 class Report(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        cls.folder = own_folder(cls)
         cls.log = run_test(cls.folder, 3, truth=True)
         with open(cls.log, encoding="ascii") as file:
             cls.text = file.read()
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     def out(self, name):
         return os.path.join(self.folder, name)
@@ -280,10 +276,7 @@ class Practice(unittest.TestCase):
     ARTIFACT = ("artifact,4,23,1,0,-100,0",)
 
     def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="plumb-growth-")
-
-    def tearDown(self):
-        shutil.rmtree(self.folder)
+        self.folder = own_folder(self)
 
     def result_of(self, name, settings=None, head=(), truth=False, change=None):
         """Results and log of a test; `change` edits the text of the log."""
@@ -465,8 +458,7 @@ class Verdicts(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
-        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.folder = own_folder(cls)
         with open(run_test(cls.folder, 3, {"artifact.compensation-fault": 1}), encoding="ascii") as file:
             cls.text = file.read()
         (cls.plain,) = cls.read(cls.text)
@@ -560,8 +552,7 @@ class Budget(unittest.TestCase):
     """The uncertainty comes from the repeats of a test."""
 
     def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="plumb-growth-")
-        self.addCleanup(shutil.rmtree, self.folder)
+        self.folder = own_folder(self)
 
     def budget(self, name, settings):
         folder = os.path.join(self.folder, name)
@@ -601,7 +592,7 @@ class Budget(unittest.TestCase):
 class Faults(unittest.TestCase):
     def test_each_fault_of_a_compensation_is_named(self):
         for fault, words in FAULTS.items():
-            with tempfile.TemporaryDirectory() as folder, self.subTest(fault=fault):
+            with TemporaryFolder() as folder, self.subTest(fault=fault):
                 results = results_of(run_test(folder, 3, {"artifact.compensation-fault": fault}), folder)
                 self.assertIn(words, results["compensation"]["sentence"])
                 cross = results["compensation"]["cross_gains"]
@@ -610,7 +601,7 @@ class Faults(unittest.TestCase):
                     self.assertEqual(follows["Y"] + follows["Z"], "YZ" if fault == 0 else "ZY")
 
     def test_a_frozen_sensor_that_is_not_logged_is_called_absent_and_the_sentence_says_why(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             log = run_test(folder, 3, {"artifact.compensation-fault": 1}, sensors=("bed", "air"))
             results = results_of(log, folder)
         self.assertIn("If a sensor that is not logged were frozen", results["compensation"]["sentence"])
@@ -619,14 +610,10 @@ class Faults(unittest.TestCase):
 class Identify(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.mkdtemp(prefix="plumb-growth-")
+        cls.folder = own_folder(cls)
         cls.log = run_test(cls.folder, 11, {"artifact.both-orientations": False})
         with open(cls.log, encoding="ascii") as file:
             cls.lines = file.read().rstrip("\n").split("\n")
-
-    @classmethod
-    def tearDownClass(cls):
-        shutil.rmtree(cls.folder)
 
     def write(self, lines):
         path = os.path.join(self.folder, "changed.csv")
@@ -729,8 +716,7 @@ def gauges(hot=0.015, common=0.0, shop=0.0, start=0.0, hours=10, slow=0.0):
 
 class Gauges(unittest.TestCase):
     def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="plumb-gauges-")
-        self.addCleanup(shutil.rmtree, self.folder)
+        self.folder = own_folder(self)
 
     def law(self, lines, *options):
         path = os.path.join(self.folder, "day.csv")
@@ -806,8 +792,7 @@ class Mandrel(unittest.TestCase):
     """Displacement sensors that are read continuously: five hours of work and two of rest."""
 
     def setUp(self):
-        self.folder = tempfile.mkdtemp(prefix="plumb-mandrel-")
-        self.addCleanup(shutil.rmtree, self.folder)
+        self.folder = own_folder(self)
 
     def record(self, hours=5, rest=2, rpm=6000, columns="time_s,rpm,T1,air_degC,X1,X2,Y1,Y2,Z"):
         def grown(size, tau, t):
@@ -878,7 +863,7 @@ class Mandrel(unittest.TestCase):
 
 class MeasuredCurve(unittest.TestCase):
     def test_a_measured_growth_does_not_pass_before_the_minimum_time(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             replay = os.path.join(folder, "replay.csv")
             with open(os.path.join(ROOT, "configs/mill/measured_growth.csv"), encoding="ascii") as curve, open(replay, "w", encoding="ascii") as file:
                 file.write("time,artifact.replay-z\n")
@@ -905,7 +890,7 @@ class MeasuredCurve(unittest.TestCase):
 
 class Fit(unittest.TestCase):
     def test_columns_from_elsewhere_are_fitted(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             path = os.path.join(folder, "gauge.csv")
             with open(path, "w", encoding="ascii") as file:
                 file.write("# by hand\nminutes,z,line\n")
@@ -973,7 +958,7 @@ class Plan(unittest.TestCase):
         self.assertLess(self.growth_of(known), self.growth_of(unknown))
 
     def test_the_log_of_an_earlier_test_gives_the_machine_of_the_plan(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             log = run_test(folder, 0, {"artifact.bores": 1, "artifact.spindle-rise": 30, "artifact.tau-turning": 800, "artifact.air-swing": 0.01,
                                        "artifact.air-day": 0.05}, plan=(1, 1, 0, 0.5, 1, 0.25), head=("artifact,4,11.5,1,0,-100,0",))
             plan = self.plan(4, "--log", log)

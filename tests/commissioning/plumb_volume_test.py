@@ -6,10 +6,10 @@ import math
 import os
 import random
 import subprocess
-import tempfile
 import unittest
 
 import plumb
+from plumb_folder import TemporaryFolder
 from tree import BUILD
 
 PLUMB_VOLUME = os.path.join(BUILD, "bin", "plumb-volume")
@@ -22,7 +22,7 @@ def volume(*arguments, cwd=None):
 
 class Volume(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="plumb-volume-")
+        folder = TemporaryFolder()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 

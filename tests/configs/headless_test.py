@@ -6,9 +6,9 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import unittest
 
+from plumb_folder import TemporaryFolder
 from tree import ROOT
 
 HEADLESS = os.path.join(ROOT, "configs", "common", "headless.py")
@@ -40,7 +40,7 @@ class Machine:
 
 class Headless(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="plumb-headless-")
+        folder = TemporaryFolder()
         self.addCleanup(folder.cleanup)
         for name, text in (("linuxcnc.py", ""), ("plumb_linuxcnc.py", MACHINE)):
             with open(os.path.join(folder.name, name), "w", encoding="ascii") as file:

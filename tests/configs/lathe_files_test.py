@@ -6,10 +6,10 @@ import os
 import runpy
 import socket
 import subprocess
-import tempfile
 import time
 import unittest
 
+from plumb_folder import TemporaryFolder
 from support import simulations  # noqa: F401  for the way to plumb.py
 from tree import BUILD, ROOT
 
@@ -32,7 +32,7 @@ def write(path, text):
 class ToolTable(unittest.TestCase):
     def answer(self, table, **copies):
         """Exit status and message of the check; copies by the digits of their date."""
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             for name, text in {"tool.tbl": table, **{"tool.tbl.%s" % day[1:]: text for day, text in copies.items()}}.items():
                 if text is not None:
                     with open(os.path.join(folder, name), "w") as file:
@@ -71,7 +71,7 @@ class ToolTable(unittest.TestCase):
         self.assertEqual(self.answer(WHOLE, d20261101=WHOLE, d20991231="T9 P9 X9\n"), (0, ""))
 
     def test_no_copy_with_a_flipped_bit_is_used(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             table = os.path.join(folder, "tool.tbl")
             write(table, WHOLE)
             subprocess.run([CHECK, "--copy", table], check=True)
@@ -93,7 +93,7 @@ class ToolTable(unittest.TestCase):
             self.assertEqual([number for number, _, _ in copies(table)[0]], [2], "the damaged copy is not overwritten")
 
     def test_a_copy_of_before_without_a_checksum_is_used(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             table = os.path.join(folder, "tool.tbl")
             write(table + ".copy-4", "; copy 4 of tool.tbl\n" + WHOLE)
             write(table, "T1")
@@ -108,7 +108,7 @@ class ToolTable(unittest.TestCase):
     def test_a_removed_tool_is_accepted_or_restored_by_the_commands_of_the_message(self):
         fewer = WHOLE.splitlines()[0] + "\n"
         for choice, content in (("accept", fewer), ("restore", WHOLE)):
-            with self.subTest(choice), tempfile.TemporaryDirectory() as folder:
+            with self.subTest(choice), TemporaryFolder() as folder:
                 table = os.path.join(folder, "my tool.tbl")
                 write(table, WHOLE)
                 subprocess.run([CHECK, "--copy", table], check=True)
@@ -123,7 +123,7 @@ class ToolTable(unittest.TestCase):
                 self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
 
     def test_every_digit_that_flips_is_found_and_accepted_or_restored_by_the_commands_of_the_message(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             table = os.path.join(folder, "my tool.tbl")
             write(table, WHOLE)
             subprocess.run([CHECK, "--copy", table], check=True)
@@ -151,7 +151,7 @@ class ToolTable(unittest.TestCase):
             self.assertIsNone(damage(table), "a touch-off")
 
     def test_the_last_copy_is_the_one_with_the_highest_number_whatever_the_clock_shows(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             table = os.path.join(folder, "tool.tbl")
             write(table + ".2099-01-01-00-00-00", "T1 P1 X9\nT9 P9\n")
             for number in range(1, 12):
@@ -165,7 +165,7 @@ class ToolTable(unittest.TestCase):
             self.assertIn("tail -n +2 %s.copy-11 > %s" % (table, table), done.stderr)
 
     def test_a_damaged_table_is_not_copied(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             table = os.path.join(folder, "tool.tbl")
             write(table, "T1 P1 X")
             done = subprocess.run([CHECK, "--copy", table], capture_output=True, text=True, check=False)
@@ -250,7 +250,7 @@ class ModbusGauge(unittest.TestCase):
     def test_diameter_counts_while_the_gauge_answers(self):
         import plumb
 
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             with socket.socket() as free:
                 free.bind(("127.0.0.1", 0))
                 port = free.getsockname()[1]

@@ -9,11 +9,10 @@ import os
 import re
 import shutil
 import subprocess
-import tempfile
 import unittest
 
 import stock_linuxcnc
-from tree import BUILD, ROOT
+from tree import BUILD, ROOT, own_folder
 
 CASES = os.path.join(ROOT, "tests", "halrun_cases")
 PLUMB = os.path.join(BUILD, "bin", "plumb")
@@ -33,8 +32,7 @@ class Cases:
     """The cases, which both sides must do alike."""
 
     def setUp(self):
-        self.folder = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, self.folder)
+        self.folder = own_folder(self)
         shutil.copytree(CASES, self.folder, dirs_exist_ok=True)
         self.environment = dict(stock_linuxcnc.ENVIRONMENT, WORD="ten")
 

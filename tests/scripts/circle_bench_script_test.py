@@ -3,12 +3,12 @@
 
 import math
 import os
-import tempfile
 import unittest
 
 import numpy as np
 
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support import circle_machine
 
 
@@ -38,7 +38,7 @@ class Figures(unittest.TestCase):
 
 class Bench(unittest.TestCase):
     def test_one_machine_keeps_its_limits_and_is_drawn(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             done = run_bench("circle", "--seeds", "1", "--seed", "9001", "--output", folder)
             status, output, errors = done.returncode, done.stdout, done.stderr
             self.assertEqual(status, 0, output + errors)

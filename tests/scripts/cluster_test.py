@@ -7,10 +7,10 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
+from plumb_folder import TemporaryFolder
 from support import mill_events, simulations
 from support.cluster import Cluster, differences, identity
 from tree import BUILD, ROOT
@@ -52,7 +52,7 @@ class Differences(unittest.TestCase):
 @unittest.skipUnless(importlib.util.find_spec("distributed"), "python3-distributed is not installed")
 class OnWorkers(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
+        folder = TemporaryFolder()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
         scheduler = os.path.join(self.folder, "scheduler.json")

@@ -3,13 +3,13 @@
 
 import os
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 
 import growth
 from growth import GAUGE, KINDS
+from plumb_folder import TemporaryFolder
 from support import growth_curves
 from support.figures import largest, rms
 from support.growth_tests import PLAN, run_test
@@ -60,7 +60,7 @@ class Judged(unittest.TestCase):
 
 class Curves(unittest.TestCase):
     def read(self, text, *arguments):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             path = os.path.join(folder, "curve.csv")
             with open(path, "w", encoding="utf-8") as file:
                 file.write(text)
@@ -110,7 +110,7 @@ class Speeds(unittest.TestCase):
 
 class Plans(unittest.TestCase):
     def test_a_growth_test_works_at_the_speeds_of_its_plan_and_ends_with_it(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             with open(run_test(folder, 1009, plan=PLAN), encoding="ascii") as file:
                 lines = [line.split(",") for line in file]
         events = [line[9] for line in lines if line[0] == "event"]

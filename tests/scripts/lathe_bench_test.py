@@ -2,13 +2,13 @@
 """configs/lathe/bench.hal: first the disease, then the cure; and the figures of scripts/bench lathe on a few lathes."""
 
 import os
-import tempfile
 import unittest
 
 import numpy as np
 
 import lathe
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support import lathe_machine
 from support.figures import rms
 from support.lathe_machine import Case, Outcome, simulate
@@ -163,7 +163,7 @@ class SecondPlant(unittest.TestCase):
 
 class Command(unittest.TestCase):
     def test_prints_the_table_and_writes_chart_and_lathes(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             answer = run_bench("lathe", "--seeds", "2", "--output", folder)
             self.assertIn("Residual of the height at D 10 mm", answer.stdout, answer.stderr)
             for name in ("procedure.png", "procedure.svg", "lathes.csv"):

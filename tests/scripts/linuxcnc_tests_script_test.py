@@ -8,10 +8,10 @@ import io
 import os
 import sys
 import tarfile
-import tempfile
 import unittest
 
 import linuxcnc_tests
+from plumb_folder import TemporaryFolder
 from tree import ROOT, own_folder
 
 
@@ -187,7 +187,7 @@ class Comparison(unittest.TestCase):
         self.assertEqual(linuxcnc_tests.total(self.good + self.bad + [None]), "1/2    1.2 s +1")
 
     def test_whole_run_prints_a_row_each_and_what_failed(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             os.makedirs(os.path.join(folder, "source", "it"))
             for name, text in (("test.sh", "echo one"), ("expected", "two\n")):
                 with open(os.path.join(folder, "source", "it", name), "w", encoding="ascii") as file:

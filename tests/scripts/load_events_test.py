@@ -4,13 +4,13 @@
 import contextlib
 import io
 import os
-import tempfile
 import unittest
 import unittest.mock
 
 import numpy as np
 
 import trust
+from plumb_folder import TemporaryFolder
 from support import load_events
 from support.load_events import NONE, EVENTS, LoadEvent, Outcome, coolant, dip, event_named
 from support.mill_machine import start_mill
@@ -40,7 +40,7 @@ class Table(unittest.TestCase):
 
     def test_the_second_structure_is_refused_and_not_left_out(self):
         for option in (["--events", "--seeds", "1", "--for", "600"], ["--attacks"], ["--days", "1"]):
-            said, folder = io.StringIO(), self.enterContext(tempfile.TemporaryDirectory())
+            said, folder = io.StringIO(), self.enterContext(TemporaryFolder())
             arguments = ["trust", *option, "--plant", "2", "--output", folder]
             with self.subTest(option[0]), unittest.mock.patch("sys.argv", arguments), contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
                 with unittest.mock.patch("trust.simulate_all", side_effect=AssertionError("it runs")):
@@ -55,7 +55,7 @@ def times_of(event, duration=40):
     """s from each change of the coolant to the contact that follows, in the first cycle; negative: switched off."""
     import plumb
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         start_mill(host, 0)
         event.prepare(host)
         event.happen(host, True)

@@ -4,13 +4,13 @@
 import argparse
 import math
 import os
-import tempfile
 import unittest
 
 import numpy as np
 
 import mill
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support.command import duration_of
 from support.figures import largest, rms
 from support.simulations import duration_text
@@ -130,7 +130,7 @@ class Words(unittest.TestCase):
 
 class Command(unittest.TestCase):
     def test_writes_table_chart_and_files(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             done = run_bench("mill", "--for", "6min", "--seed", "3", "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("6 min of milling on machine 3", done.stdout)
@@ -145,7 +145,7 @@ class Command(unittest.TestCase):
 
     def test_a_part_is_even_only_if_the_offset_is_constant_in_it(self):
         for options, even in (((), False), (("--constant-in-part",), True)):
-            with self.subTest(even=even), tempfile.TemporaryDirectory() as folder:
+            with self.subTest(even=even), TemporaryFolder() as folder:
                 done = run_bench("mill", "--for", "26min", "--output", folder, *options)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 row = next(line for line in done.stdout.splitlines() if line.startswith("the same, of the offset"))

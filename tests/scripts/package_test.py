@@ -2,12 +2,10 @@
 """What scripts/package and CMake refuse to build."""
 
 import os
-import shutil
 import subprocess
-import tempfile
 import unittest
 
-from tree import ROOT
+from tree import ROOT, own_folder
 
 
 def output_of(*command):
@@ -27,8 +25,7 @@ class Refused(unittest.TestCase):
         self.assertEqual(self.package("bullseye"), (1, "scripts/package: name a Debian: bookworm (12) or trixie (13)\n"))
 
     def test_cmake_of_a_processor_of_32_bits(self):
-        build = tempfile.mkdtemp()
-        self.addCleanup(shutil.rmtree, build)
+        build = own_folder(self)
         # The compiler of this computer, which CMake is told to know already.
         known = {"CMAKE_CXX_COMPILER_FORCED": "ON", "CMAKE_SIZEOF_VOID_P": "4"}
         status, output = output_of("cmake", "-G", "Ninja", "-S", ROOT, "-B", build, *(f"-D{name}={value}" for name, value in known.items()))

@@ -7,7 +7,6 @@ import io
 import math
 import os
 import re
-import tempfile
 import threading
 import unittest
 import unittest.mock
@@ -16,6 +15,7 @@ import numpy as np
 
 import part as part_bench
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support import part_inspection
 from support.part_inspection import FEATURES, Samples
 from support.part_machines import CONFIGURATION, PARTS, RUNS
@@ -242,7 +242,7 @@ class Programs(unittest.TestCase):
 class Command(unittest.TestCase):
     @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "mill_both_linuxcnc_test runs the same modules")
     def test_cuts_measures_and_draws(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             fast = ("--seed", "0", "--machine", "column", "--part", "contour", "--feed", "12000")
             done = run_bench("part", *fast, "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)

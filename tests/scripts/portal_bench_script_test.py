@@ -4,13 +4,13 @@
 import csv
 import io
 import os
-import tempfile
 import unittest
 
 import numpy as np
 
 import portal
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support import portal_machine
 from support.portal_machine import Outcome, Tool, Visit
 
@@ -76,7 +76,7 @@ class Machines(unittest.TestCase):
 class Command(unittest.TestCase):
     @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "mill_both_linuxcnc_test runs the same modules")
     def test_writes_tables_chart_and_points(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             done = run_bench("portal", "--seed", "2", "--cube", "2", "--output", folder)
             self.assertEqual(done.returncode, 0, done.stderr)
             for words in ("Tip error over the column", "Tip error over the portal", "left by straightness", "tool length left out"):

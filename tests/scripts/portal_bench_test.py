@@ -4,12 +4,12 @@
 import math
 import os
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 
 import portal
+from plumb_folder import TemporaryFolder
 from support import portal_machine
 from support.portal_machine import ARCSEC, UM
 
@@ -93,7 +93,7 @@ class Path(unittest.TestCase):
         columns = {"correction": "square.{}-correction", "command": "{}-stage.drive-command", "place": "portal.{}-position"}
         columns.update({"wanted": "{}-motion.out", "ideal": "portal.truth-{}-nominal"})
         self.host.run(5)
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             path = os.path.join(folder, "path.csv")
             names = {(None, "rail"): "portal.w-position"}
             names.update({(axis, column): name.format(axis) for axis in "xyz" for column, name in columns.items()})

@@ -6,11 +6,11 @@ import glob
 import os
 import re
 import subprocess
-import tempfile
 import unittest
 
 import panel_texts
 import unwritten
+from plumb_folder import TemporaryFolder
 from support import simulations  # for the way to plumb.py
 from tree import BUILD, ROOT, own_folder
 
@@ -82,7 +82,7 @@ class Links(unittest.TestCase):
     def test_functions_are_named_and_a_new_one_that_is_not_is_listed(self):
         names = [name for role in ("compensation", "stage") for name in panel_texts.of_role(BUILD, role)]
         self.assertGreaterEqual(len(set(names) - set(unwritten.not_named(BUILD))), 9)
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             os.makedirs(os.path.join(folder, "share", "plumb"))
             with open(os.path.join(folder, "share", "plumb", "cold_cooler.json"), "w", encoding="utf-8") as file:
                 file.write('{"role": "compensation"}')
@@ -121,7 +121,7 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
 
         host = plumb.Host()
         self.addCleanup(host.close)
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             for name, text in (
                 ("wiring.hal", self.MOTION + lines + "\nstart\n"),
                 ("wiring.ini", "[TRAJ]\nLINEAR_UNITS = mm\nMAX_LINEAR_VELOCITY = 1000\n" + "".join(self.LIMITS % i for i in range(3))),

@@ -6,9 +6,9 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
 
+from plumb_folder import TemporaryFolder
 from tree import ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "scripts"))
@@ -62,7 +62,7 @@ class SoftwareBill(unittest.TestCase):
         self.assertEqual(told, bill(SOURCE_DATE_EPOCH="1700000000"))
 
     def versions_where_dpkg_query_prints(self, printed, *architecture):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             path = os.path.join(folder, "dpkg-query")
             with open(path, "w", encoding="utf-8") as file:
                 file.write(f"#!/bin/sh\nprintf '{printed}'\n")

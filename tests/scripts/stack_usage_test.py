@@ -5,8 +5,9 @@ import json
 import os
 import shlex
 import subprocess
-import tempfile
 import unittest
+
+from plumb_folder import TemporaryFolder
 
 BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
 
@@ -21,7 +22,7 @@ class StackUsage(unittest.TestCase):
             entries = json.load(file)
         entry = next(entry for entry in entries if entry["file"].endswith("/components/plants/sim_drive_load.cpp"))
         words = shlex.split(entry["command"])
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             source = os.path.join(folder, "deep.cpp")
             with open(source, "w") as file:
                 file.write(FUNCTION % size)

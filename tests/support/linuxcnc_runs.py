@@ -9,13 +9,13 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
 import numpy as np
 
 import restarts
+from plumb_folder import TemporaryFolder  # noqa: E402
 from plumb_run import plumb_run  # noqa: E402
 from tree import BUILD, ROOT, own_folder  # noqa: F401
 
@@ -138,7 +138,7 @@ def work(folder, ini, scenario, *arguments, facts="facts.json", options=()):
 
 def run_to_the_end(machine, begin):
     """Exit status and output of a process from begin(). Begins again, in the folder of before, after LinuxCNC's race."""
-    with tempfile.TemporaryDirectory(prefix="plumb-test-") as folder:
+    with TemporaryFolder() as folder:
         fresh = shutil.copytree(machine, os.path.join(folder, "machine"), symlinks=True)
         for _ in range(ATTEMPTS):
             status, output = finish(begin())

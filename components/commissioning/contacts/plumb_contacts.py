@@ -7,13 +7,13 @@ import argparse
 import importlib.util
 import os
 import sys
-import tempfile
 
 import numpy as np
 
 sys.path.append(os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "python"))  # of a build
 import plumb  # noqa: E402
 import plumb_program  # noqa: E402
+from plumb_folder import TemporaryFolder  # noqa: E402
 
 SUMMARY = "reports the contacts of a recording, and whether to compensate"
 
@@ -336,7 +336,7 @@ class Replay:
         self.rejections = plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
         learnt = [c for c in recording.cycles if c.learn]
         self.chosen = None if learnt else next((c for c in recording.cycles if c.complete), None)
-        with tempfile.TemporaryDirectory(prefix="plumb-report-") as folder, plumb.Host() as host:
+        with TemporaryFolder() as folder, plumb.Host() as host:
             for file in files:
                 host.load(file)
             host.command("start")

@@ -5,7 +5,6 @@ import dataclasses
 import math
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -164,8 +163,10 @@ class Outcome:
 
 
 def simulate(seed, progress):
+    from plumb_folder import TemporaryFolder
+
     machine = draw(seed)
-    with tempfile.TemporaryDirectory() as folder:
+    with TemporaryFolder() as folder:
         traces, tables, measured = {}, [], {}
         with Circling(machine) as running:
             traces["without"] = [running.circle(clockwise, folder) for clockwise in (False, True)]

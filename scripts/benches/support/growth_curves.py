@@ -9,7 +9,6 @@ that of the same cut in the learning cycle. Ideal holding would know the true gr
 import csv
 import dataclasses
 import os
-import tempfile
 
 import numpy as np
 
@@ -81,8 +80,9 @@ def _unit(name, units):
 def simulate(curve, seed, rate, progress):
     """The recording of a mill with this growth."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
+    with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
         replayed, path = os.path.join(folder, "curve.csv"), os.path.join(folder, "recording.csv")
         rows = zip(curve.times, curve.growth, curve.speeds)
         write_rows(replayed, ["time", "mill.growth-replay", "program.sides-speed"], rows)

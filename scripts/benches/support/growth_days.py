@@ -4,7 +4,6 @@
 import csv
 import os
 import re
-import tempfile
 
 import numpy as np
 
@@ -67,13 +66,14 @@ def one_temperature(learnt, used, axis):
 def use(law, day):
     """Time, and by axis offset and its sigma in um since the zero, and when axis_growth was in doubt."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
     pins, values = ["axis-growth.spindle-speed"], [day.speed]
     for index, name in enumerate(law["sensors"]):
         if name:
             pins.append("axis-growth.temperature-%d" % index)
             values.append(day.temperatures[name])
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         replay, recording = os.path.join(folder, "day.csv"), os.path.join(folder, "offsets.csv")
         write_rows(replay, ["time", *pins], np.column_stack([day.time, *values]))
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))

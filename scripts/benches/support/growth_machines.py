@@ -3,7 +3,6 @@
 
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -33,9 +32,11 @@ def draw_duty(seed, duration):
 
 def simulate(structure, seed, duration, hours, progress):
     """By axis: what is left without and with the law, the share within two sigma, whether it was announced, and the terms."""
+    from plumb_folder import TemporaryFolder
+
     settings = STRUCTURES[structure]
     plan = [cycle["rpm"] / FASTEST for cycle in plan_of(hours)["cycles"]] if hours else PLAN
-    with tempfile.TemporaryDirectory() as folder:
+    with TemporaryFolder() as folder:
         law = law_of(run_test(folder, seed, settings, plan=plan))
         column = work(folder, seed, settings, law, duration, progress)
     doubt = column["axis-growth.doubt"] > 0.5

@@ -12,7 +12,6 @@ import collections
 import dataclasses
 import functools
 import os
-import tempfile
 
 import numpy as np
 
@@ -264,8 +263,9 @@ class Ledger:
 def simulate(seed, cycles, progress):
     """The Outcome of one machine."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.command("net refused growth.reference-refused => program.relearn")

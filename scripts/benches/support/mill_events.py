@@ -11,7 +11,6 @@ import collections
 import dataclasses
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -91,8 +90,9 @@ def read_contacts(recording):
 def simulate(seed, event, small, interval, progress):
     """The Contacts of one program after learning; `event` upsets the third time it runs."""
     import plumb
+    from plumb_folder import TemporaryFolder
 
-    with tempfile.TemporaryDirectory() as folder, plumb.Host() as host:
+    with TemporaryFolder() as folder, plumb.Host() as host:
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         every_end_mill_is_a_gauge(host)

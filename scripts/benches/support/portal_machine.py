@@ -8,7 +8,6 @@ import math
 import os
 import random
 import re
-import tempfile
 
 import numpy as np
 
@@ -255,8 +254,10 @@ def duration(kind, steps):
 
 def simulate(kind, seed, steps, progress):
     """The Outcome of machine `seed` of a kind."""
+    from plumb_folder import TemporaryFolder
+
     with contextlib.ExitStack() as stack:
-        table = os.path.join(stack.enter_context(tempfile.TemporaryDirectory()), "errors.csv")
+        table = os.path.join(stack.enter_context(TemporaryFolder()), "errors.csv")
         blank_tables(kind, table)
         host = stack.enter_context(new_host(kind, table))
         machine = Machine(host, kind)

@@ -10,7 +10,6 @@ import dataclasses
 import math
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -158,10 +157,12 @@ class Operator:
 
     def enter(self, procedures, stock):
         """The RESULTS of procedures, arrays. Each has the sign by word, and X, Y and diameter of each cut."""
+        from plumb_folder import TemporaryFolder
+
         cuts = len(procedures[0][1])
         self.set({"cuts": cuts, "stock-diameter": stock})
         pins = ["sign"] + ["cut-%s-%02d" % (what, i) for i in range(cuts) for what in ("x", "y", "diameter")]
-        with tempfile.TemporaryDirectory(prefix="plumb-bench-") as folder:
+        with TemporaryFolder() as folder:
             entries, results = (os.path.join(folder, name) for name in ("entries.csv", "results.csv"))
             header = ["time"] + ["centre." + pin for pin in pins + ["compute"]]
             write_rows(entries, header, self._rows(procedures))

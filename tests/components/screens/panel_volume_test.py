@@ -5,13 +5,13 @@ import configparser
 import json
 import os
 import sys
-import tempfile
 import unittest
 
 from tree import BUILD, ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
 from panel import chopping_orders, squareness_state, texts, volume_state  # noqa: E402
+from plumb_folder import TemporaryFolder  # noqa: E402
 
 
 class Ini:
@@ -39,7 +39,7 @@ LIMITS = "".join("[AXIS_%s]\nMIN_LIMIT = %s\nMAX_LIMIT = %s\n" % its for its in 
 
 class Asked(unittest.TestCase):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="panel-volume-")
+        folder = TemporaryFolder()
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
