@@ -288,7 +288,7 @@ private:
             log_.sensors[whole(fields[1], "the sensor", 1, 8)] = fields[2];
         } else if (key == "artifact") {
             need(fields, 7);
-            GrowthLog::Artifact& its = log_.artifact.emplace();
+            GrowthLog::Artifact& its = log_.artifact.emplace(GrowthLog::Artifact{});
             its.sensor = whole(fields[1], "the sensor of the artifact", 1, 8);
             its.expansion = number(fields[2], "the expansion of the artifact");
             its.uncertainty = number(fields[3], "the uncertainty of this expansion");
