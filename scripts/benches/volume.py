@@ -7,20 +7,27 @@ each with its own error. squareness corrects it by these measurements in the vir
 
 import os
 import sys
-import tempfile
 
 import numpy as np
 
-from support import charts, volume_files
+from support import charts, volume_files, volume_machine
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import micrometres, percentile_lines
 from support.recordings import write_rows
 from support.simulations import simulate_all
-from support.volume_machine import simulate
-from support.volume_methods import agreement
+from support.volume_methods import agreement, corners
 
 TARGETS = "squareness plumb-squareness plumb-volume plumb-host"
 PACKAGES = "python3-matplotlib"
+
+
+def simulate(seed, progress):
+    """A machine, and its corners by four methods."""
+    from plumb_folder import TemporaryFolder
+
+    with TemporaryFolder() as folder:
+        found = corners(volume_machine.draw(seed), folder)
+    return volume_machine.simulate(seed, progress), found
 
 
 def coverage(outcomes):
@@ -30,7 +37,7 @@ def coverage(outcomes):
     return 100 * parts.mean(axis=0), 100 * parts.mean(), 100 * worst.mean()
 
 
-def report(outcomes):
+def report(outcomes, its_corners):
     rows = {
         "largest error without correction": [its.without for its in outcomes],
         "largest error with correction": [np.linalg.norm(its.errors, axis=1).max() for its in outcomes],
@@ -40,13 +47,15 @@ def report(outcomes):
     axes, all_of_them, worst = coverage(outcomes)
     print("components inside their U: " + ", ".join(f"{name} {part:.1f} %" for name, part in zip("XYZ", axes)) + f"; all {all_of_them:.1f} %")
     print(f"components inside U of the worst direction: {worst:.1f} %")
-    agree, contradict, pairs = agreement([corner for its in outcomes for corner in its.corners])
+    agree, contradict, pairs = agreement(its_corners)
     print(f"corners by square, diagonals, body diagonals and ballbar: {agree:.1f} % of {pairs} pairs agree within 2 u, {contradict} of contrary sign")
     return 93 <= all_of_them <= 97.5 and agree >= 93 and contradict == 0
 
 
 def report_files(seeds):
-    with tempfile.TemporaryDirectory() as folder:
+    from plumb_folder import TemporaryFolder
+
+    with TemporaryFolder() as folder:
         outcomes = [volume_files.simulate(seed, folder) for seed in seeds]
     good = True
     for kind, (_options, resolution) in volume_files.KINDS.items():
@@ -99,8 +108,9 @@ def main():
         seeds = range(options.seed, options.seed + options.seeds)
         if options.files:
             sys.exit(0 if report_files(seeds) else 1)
-        outcomes = simulate_all(simulate, [(seed,) for seed in seeds], len(seeds), place_of(options))
-        good = report(outcomes)
+        found = simulate_all(simulate, [(seed,) for seed in seeds], len(seeds), place_of(options))
+        outcomes = [outcome for outcome, _ in found]
+        good = report(outcomes, [corner for _, corners_of_one in found for corner in corners_of_one])
         paths = [os.path.join(options.output, name) for name in ("coverage.png", "coverage.svg", "corners.csv")]
         draw_scatter(paths[:2], outcomes)
         header = ["seed", *(f"{axis}_error_um" for axis in "xyz"), *(f"{axis}_U_um" for axis in "xyz"), "U_um"]

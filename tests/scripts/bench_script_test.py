@@ -3,6 +3,7 @@
 
 import ast
 import glob
+import graphlib
 import os
 import re
 import shutil
@@ -29,7 +30,7 @@ def imported(tree):
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
-            yield node.module
+            yield from (f"support.{name.name}" for name in node.names) if node.module == "support" else [node.module]
 
 
 class Usage(unittest.TestCase):
@@ -156,6 +157,11 @@ class Arrows(unittest.TestCase):
         self.assertGreater(len(helpers), 5)
         for path in helpers + [name + ".py" for name in NAMES]:
             self.assertEqual([name for name in imported(parsed(path)) if name in NAMES], [], path)
+
+    def test_helpers_do_not_import_each_other_in_a_circle(self):
+        paths = glob.glob(os.path.join(BENCHES, "support", "*.py"))
+        helpers = {"support." + os.path.basename(path)[:-3]: set(imported(parsed(path))) for path in paths}
+        graphlib.TopologicalSorter(helpers).prepare()
 
 
 if __name__ == "__main__":

@@ -3,13 +3,13 @@
 
 import os
 import re
-import tempfile
 import unittest
 
 import numpy as np
 
 import volume
 from bench_runs import run_bench
+from plumb_folder import TemporaryFolder
 from support import volume_machine, volume_methods
 
 
@@ -25,7 +25,7 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(machine.tip((10, 600, -500), -1)[0] - machine.tip((10, 600, -500), 1)[0], 0.01)
 
     def test_coverage_is_that_of_the_components(self):
-        outcome = volume_machine.Outcome(1, np.array([[1.0, 0, 3], [0, 3, 1]]), np.full((2, 3), 2.0), np.array([4.0, 2]), 9, [], [])
+        outcome = volume_machine.Outcome(1, np.array([[1.0, 0, 3], [0, 3, 1]]), np.full((2, 3), 2.0), np.array([4.0, 2]), 9, [])
         axes, together, worst = volume.coverage([outcome])
         np.testing.assert_allclose(axes, [100, 50, 50])
         self.assertAlmostEqual(together, 400 / 6)
@@ -45,7 +45,7 @@ class Figures(unittest.TestCase):
 
 class Bench(unittest.TestCase):
     def test_few_machines_are_within_what_is_stated(self):
-        with tempfile.TemporaryDirectory() as folder:
+        with TemporaryFolder() as folder:
             done = run_bench("volume", "--seeds", "4", "--seed", "9001", "--output", folder)
             output, errors = done.stdout, done.stderr
             without, corrected, stated = (float(line.split()[-1]) for line in output.splitlines() if line.startswith("largest "))

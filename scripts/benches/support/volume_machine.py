@@ -9,7 +9,6 @@ import csv
 import dataclasses
 import os
 import random
-import tempfile
 
 import numpy as np
 
@@ -111,18 +110,16 @@ class Outcome:
     U: np.ndarray  # um
     without: float  # um, the largest error without correction
     shares: list
-    corners: list  # by four methods
 
 
 def simulate(seed, progress):
     import plumb
-    from support.volume_methods import corners
+    from plumb_folder import TemporaryFolder
 
     machine = draw(seed)
     with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        folder = stack.enter_context(TemporaryFolder())
         tilts, tables = measure(machine, folder)
-        by_methods = corners(machine, folder)
         box = ",".join(f"{axis}={low}:{high}" for axis, (low, high) in BOX.items())
         options = [word for name, (angle, u) in tilts.items() for word in ("--tilt", f"{name}={angle!r}rad,u={u!r}rad")]
         options += [word for table in tables for word in ("--table", table)]
@@ -155,4 +152,4 @@ def simulate(seed, progress):
             U.append(its["U"] * UM)
             without = max(without, np.linalg.norm(bare(its["at"]) - bare(reference)) * UM)
         progress(1)
-        return Outcome(seed, np.array(errors), np.array(U_axis), np.array(U), without, stated["shares"], by_methods)
+        return Outcome(seed, np.array(errors), np.array(U_axis), np.array(U), without, stated["shares"])
