@@ -232,7 +232,7 @@ private:
         for (std::size_t i = 0; i < 4; ++i)
             take_error(errors_[i], q[static_cast<Eigen::Index>(i)], result.linear[i]);
         if (!rotary_) return result;
-        result.rotary.emplace();
+        result.rotary.emplace(std::array<Error, 3>{});
         for (std::size_t i = 0; i < 3; ++i) take_error(errors_[i + 4], angles_[i], (*result.rotary)[i]);
         return result;
     }
