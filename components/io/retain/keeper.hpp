@@ -2,6 +2,7 @@
 #pragma once
 
 #include "components/io/files/atomic_file.hpp"
+#include "components/io/retain/computer.hpp"
 #include "components/io/retain/record_walk.hpp"
 #include "components/io/retain/retain_settings.hpp"
 #include "components/io/retain/retained_file.hpp"
@@ -54,6 +55,19 @@ public:
                 fault_ != Fault::none ? fault_ : writing_fault_, saves_};
     }
 
+    enum class Answer { none, accept, renew };
+
+    // What to do with a store that is not taken without a question.
+    void answer(Answer given) {
+        const std::lock_guard alone(mutex_);
+        if (phase_ != Phase::asking || given == Answer::none) return;
+        if (given == Answer::renew) stored_ = {};
+        origin_.begin();
+        fault_ = Fault::none;
+        phase_ = Phase::finding;
+        due_ = {};
+    }
+
     // The next bit of work, if it is time for it. Throws std::bad_alloc, and does that work in the next
     // step.
     void step() {
@@ -92,7 +106,7 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
-    enum class Phase { opening, finding, waiting, keeping, over };
+    enum class Phase { opening, asking, finding, waiting, keeping, over };
     static constexpr std::chrono::milliseconds between_looks{1000};
 
     // Throws std::system_error while the store cannot be read.
@@ -105,11 +119,22 @@ private:
                 take_over_from_former_names();
             }
             report_left_out();
-            fault_ = Fault::none;
-            phase_ = Phase::finding;
+            fault_ = judge_origin();
+            phase_ = fault_ == Fault::none ? Phase::finding : Phase::asking;
         } catch (const retained_file::Refused& error) {
             fail(error.fault, error.what());
         }
+    }
+
+    Fault judge_origin() {
+        if (!settings_.bound) return Fault::none;
+        if (written_.empty()) {
+            origin_.begin();
+            return Fault::none;
+        }
+        const Fault found = origin_.judge(stored_.origin);
+        if (found != Fault::none) report(file_->path().string() + ": " + sentence(found));
+        return found;
     }
 
     void open_later(const std::string& why) {
@@ -235,19 +260,26 @@ private:
 
     void write() {
         if (!is_complete()) return;
-        const std::string text = retained_file::compose(*image_, settings_.machine);
         try {
-            if (text != written_) {
+            if (text_with(origin_.now()) != written_) {
+                if (settings_.bound) origin_.note();
+                const std::string text = text_with(origin_.next());
                 file_->write(text);
                 written_ = text;
+                if (settings_.bound) origin_.written();
                 ++saves_;
                 write_due_ = Clock::now() + every_;
             }
+            if (settings_.bound) origin_.note();
             writing_fault_ = Fault::none;
         } catch (const std::system_error& error) {
             writing_fault_ = Fault::inaccessible;
             report(error.what());
         }
+    }
+
+    std::string text_with(const retained_file::Origin& origin) const {
+        return retained_file::compose(*image_, settings_.machine, settings_.bound ? &origin : nullptr);
     }
 
     static hal::NamedPin writable(const std::string& name) {
@@ -306,6 +338,7 @@ private:
     const Clock::duration every_ =
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.every));
     std::optional<AtomicFile> file_;
+    StoreOrigin origin_;             // of a store that is bound
     Retained stored_;                // to be put in force
     std::optional<Retained> image_;  // the values in force, at the last look
     std::string written_;            // content of the file

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/io/retain/keeper.hpp"
 #include "components/io/retain/program_identity.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "hal/component.hpp"
 #include "pages/plumb_retain.page.hpp"
 
@@ -21,6 +22,11 @@ struct Retain final : hal::Component {
     static constexpr const char* former_name = "retain";
     using Component::Component;
 
+    hal::In<bool> accept{
+        this, "accept", false,
+        "The rising edge restores a store of another computer, or an older one: fault-code 8 to 10."};
+    hal::In<bool> renew{this, "renew", false,
+                        "The rising edge keeps the present values in place of such a store."};
     hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
     hal::Out<bool> restored{this, "restored", "All kept values are in force."};
     hal::Out<bool> waiting{this, "waiting", "Waits for the realtime threads."};
@@ -55,11 +61,14 @@ struct Retain final : hal::Component {
         seen_rounds_ = rounds;
         if (stuck_ < 5) beat_ = !beat_;
         heartbeat = beat_;
+        const bool accepts = accept_.rises(accept), renews = renew_.rises(renew);
+        if (accepts || renews) answer_ = accepts ? Keeper::Answer::accept : Keeper::Answer::renew;
         today();
     }
 
     void background() override {
         ++rounds_;
+        keeper_->answer(answer_.exchange(Keeper::Answer::none));
         keeper_->step();
         if (std::chrono::steady_clock::now() >= identify_again_) identify();
         show();
@@ -83,7 +92,8 @@ private:
             identity_fault_ = Fault::none;
         } catch (const std::exception& error) {
             program_id = 0;
-            if (identity_fault_ == Fault::none) std::cerr << std::string("plumb-retain: ") + error.what() + '\n';
+            if (identity_fault_ == Fault::none)
+                std::cerr << std::string("plumb-retain: ") + error.what() + '\n';
             identity_fault_ = Fault::program;
         }
     }
@@ -100,6 +110,8 @@ private:
     Fault identity_fault_ = Fault::none;
     std::chrono::steady_clock::time_point identify_again_{};
     std::atomic<int> rounds_{0};  // of background()
+    Edge accept_, renew_;
+    std::atomic<Keeper::Answer> answer_{Keeper::Answer::none};
     int seen_rounds_ = -1;
     double stuck_ = 0;  // s
     bool beat_ = false;

@@ -212,7 +212,7 @@ private:
     }
 
     static std::string text(const Records& records) {
-        return retained_file::compose({{}, {{"", records}}}, "");
+        return retained_file::compose({{}, {{"", records}}, {}}, "");
     }
 
     const std::string component_;

@@ -5,19 +5,34 @@
 
 namespace plumb {
 
-// After foreign, damaged, version, and a refusal, nothing is restored and nothing is saved.
-enum class Fault : std::int32_t { none, foreign, damaged, version, inaccessible, unfit, refused, program };
+// After foreign, damaged, version, and a refusal, nothing is restored and nothing is saved; after computer,
+// older and unnamed until somebody answers.
+enum class Fault : std::int32_t {
+    none,
+    foreign,
+    damaged,
+    version,
+    inaccessible,
+    unfit,
+    refused,
+    program,
+    computer,
+    older,
+    unnamed
+};
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::foreign:
-            return "The store is another machine's, or no file of plumb-retain; it is left as it is. Correct that, "
+            return "The store is another machine's, or no file of plumb-retain; it is left as it is. Correct "
+                   "that, "
                    "and start again.";
         case Fault::damaged:
             return "The store is truncated or damaged; it is left as it is. Correct that, and start again.";
         case Fault::version:
             return "The store is of another version; it is left as it is. Correct that, and start again.";
         case Fault::inaccessible:
-            return "The store cannot be read or written. plumb-retain tries again once a second. At the start "
+            return "The store cannot be read or written. plumb-retain tries again once a second. At the "
+                   "start "
                    "nothing is restored until then; later restored stays true.";
         case Fault::unfit:
             return "A named pin or component does not exist, has another type, is an output, or is netted; "
@@ -26,6 +41,15 @@ constexpr const char* sentence(Fault fault) {
             return "A component refused a record, as while it learns; the store is left as it is. Correct "
                    "that, and start again.";
         case Fault::program: return "A file of the program cannot be read; program-id is 0.";
+        case Fault::computer:
+            return "The store is from another computer. Nothing is restored or saved until you accept or "
+                   "renew it.";
+        case Fault::older:
+            return "The store is an old copy, or another user's. Nothing is restored or saved until you "
+                   "accept or renew it.";
+        case Fault::unnamed:
+            return "The store, or this computer, has no machine-id. Nothing is restored or saved until you "
+                   "accept or renew it.";
         default: return nullptr;
     }
 }

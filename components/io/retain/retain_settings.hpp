@@ -26,6 +26,7 @@ struct RetainSettings {
     std::vector<std::string> records;             // components whose records to keep
     std::vector<std::string> program;             // files that together are the program
     std::map<std::string, std::string> formerly;  // former names of instances, by their names now
+    bool bound = false;                           // to this computer, and to its last store
 
     // Whether a pin or the records of an instance are kept.
     bool keeps(const std::string& instance) const {
@@ -38,7 +39,8 @@ struct RetainSettings {
     static RetainSettings read(const std::filesystem::path& file);
 };
 
-// Writes a file without values, unless there is one. In the name halcmd leaves the quotes of "[EMC](MACHINE)".
+// Writes a file without values, unless there is one. In the name halcmd leaves the quotes of
+// "[EMC](MACHINE)".
 inline void begin_settings(const std::filesystem::path& file, std::string machine) {
     if (std::filesystem::exists(std::filesystem::symlink_status(file))) return;
     if (machine.size() > 1 && machine.front() == '"' && machine.back() == '"')
@@ -86,6 +88,12 @@ public:
         if (!value || !(*value >= 0.01 && *value <= 3600))
             refuse(*node, key + " is no time from 0.01 to 3600 s");
         return *value;
+    }
+
+    bool yes(const std::string& key) const {
+        const toml::node* const node = table_.get(key);
+        if (node != nullptr && !node->is_boolean()) refuse(*node, key + " is neither true nor false");
+        return node != nullptr && node->as_boolean()->get();
     }
 
     std::vector<std::string> texts(const std::string& key, const std::string& what,
@@ -163,7 +171,7 @@ inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
         refuse(file, error.source(), std::string(error.description()));
     }
     const Reader reader(file, table);
-    reader.refuse_all_but({"machine", "store", "every", "pins", "records", "program", "formerly"});
+    reader.refuse_all_but({"machine", "store", "every", "pins", "records", "program", "formerly", "bound"});
     RetainSettings settings;
     reader.need("machine");
     settings.machine = reader.text("machine");
@@ -177,6 +185,7 @@ inline RetainSettings RetainSettings::read(const std::filesystem::path& file) {
     settings.records = reader.texts("records", "name of a component's instance", hal_name);
     settings.program = reader.texts("program", "absolute path", absolute);
     settings.formerly = reader.former_names("formerly", settings);
+    settings.bound = reader.yes("bound");
     return settings;
 }
 

@@ -9,13 +9,27 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb {
+
+namespace retained_file {
+
+// Of a store that is bound to its computer.
+struct Origin {
+    std::string computer;    // "" for one without a machine-id
+    std::string store;       // a drawn number
+    std::int64_t count = 0;  // of writes
+};
+
+}  // namespace retained_file
 
 // All that must outlive a restart, at one moment.
 struct Retained {
@@ -23,6 +37,7 @@ struct Retained {
 
     Record pins;                                         // by their names
     std::map<std::string, std::vector<Record>> records;  // by the components that have them
+    std::optional<retained_file::Origin> origin;         // of the store, if it is bound
 };
 
 // The text of the file that holds it: a first line with version and checksum, then TOML.
@@ -64,8 +79,13 @@ inline std::string first_line(const std::string& rest) {
            '\n';
 }
 
-inline std::string compose(const Retained& retained, const std::string& machine) {
-    std::string rest = "machine = \"" + machine + "\"\n\n[pins]\n";
+inline std::string compose(const Retained& retained, const std::string& machine,
+                           const Origin* origin = nullptr) {
+    std::string rest = "machine = \"" + machine + "\"\n";
+    if (origin != nullptr)
+        rest += "origin = { computer = \"" + origin->computer + "\", store = \"" + origin->store +
+                "\", count = " + std::to_string(origin->count) + " }\n";
+    rest += "\n[pins]\n";
     for (const auto& [name, value] : retained.pins) rest += '"' + name + "\" = " + value_text(value) + '\n';
     rest += "\n[records]\n";
     for (const auto& [component, records] : retained.records) {
@@ -97,8 +117,20 @@ inline Retained::Record values(const toml::node* table) {
     return result;
 }
 
+inline std::optional<Origin> origin(const toml::node* node) {
+    if (!node) return std::nullopt;
+    const auto& table = need<toml::table>(node);
+    const auto text = [&](const char* key) { return need<toml::value<std::string>>(table.get(key)).get(); };
+    Origin origin{text("computer"), text("store"), need<toml::value<std::int64_t>>(table.get("count")).get()};
+    for (const auto& [number, digits] : {std::pair(origin.store, 16U), std::pair(origin.computer, 8U)})
+        if (number.find_first_not_of("0123456789abcdef") != std::string::npos ||
+            (number.size() != digits && !(number.empty() && digits == 8)))
+            throw std::runtime_error("'" + number + "' is no number of a store or a computer");
+    return origin;
+}
+
 inline Retained content(const toml::table& table) {
-    Retained retained{values(table.get("pins")), {}};
+    Retained retained{values(table.get("pins")), {}, origin(table.get("origin"))};
     for (const auto& [component, records] : need<toml::table>(table.get("records")))
         for (const toml::node& record : need<toml::array>(&records))
             retained.records[std::string(component.str())].push_back(values(&record));

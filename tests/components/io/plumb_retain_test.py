@@ -26,8 +26,9 @@ from tree import BUILD, own_folder
 RETAIN = os.path.join(BUILD, "bin", "plumb-retain")
 PATIENCE = 30  # s of real time, for an event that takes a moment
 EVERY = 0.05  # s between two looks
+FRESH = 1.5  # it.in of a specimen
 
-FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM = range(1, 8)
+FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM, COMPUTER, OLDER, UNNAMED = range(1, 11)
 
 kills = 20 if os.environ.get("PLUMB_SANITIZE") else 60  # sanitized programs start slowly
 
@@ -838,6 +839,154 @@ class Keeping(unittest.TestCase):
         process = processes()[os.path.join(self.folder, "plumb-retain.toml")]
         kill(process)
         machine.await_pin("watchdog.ok-out", False)
+
+
+class Bound(unittest.TestCase):
+    """A store that is bound to its computer: plumb-retain asks where it is another's, an old copy, or without a name."""
+
+    SETTINGS = 'machine = "bench"\npins = ["it.in"]\nbound = true\nevery = %g\n' % EVERY
+
+    def setUp(self):
+        self.folder, self.state = own_folder(self), own_folder(self)
+        self.store = os.path.join(self.folder, "plumb-retain.retained")
+        self.id = self.write("machine-id", "0123456789abcdef0123456789abcdef\n")
+
+    def write(self, name, text):
+        path = os.path.join(self.folder, name)
+        with open(path, "w") as file:
+            file.write(text)
+        return path
+
+    def text(self):
+        with open(self.store) as file:
+            return file.read()
+
+    def other_computer(self):
+        self.write("machine-id", "fedcba9876543210fedcba9876543210\n")
+
+    def counter(self):
+        (path,) = glob.glob(os.path.join(self.state, "plumb", "retain", "*[0-9a-f]"))
+        return path
+
+    def start(self, work):
+        """A LinuxCNC with plumb-retain, from its start to its end."""
+        with Machine(self.folder) as machine:
+            machine.retain(self.SETTINGS, environment="XDG_STATE_HOME=%s PLUMB_MACHINE_ID=%s" % (self.state, self.id))
+            machine.until(lambda: machine.get("plumb-retain.restored") or machine.get("plumb-retain.fault"), "the end of the start")
+            found = work(machine)
+            machine.unload()
+        return found
+
+    def keep(self, value):
+        def work(machine):
+            self.assertTrue(machine.get("plumb-retain.restored"), machine.said())
+            machine.host.set("it.in", value)
+            machine.await_saved("it.in", repr(value))
+
+        self.start(work)
+
+    def found(self):
+        """The fault and the value after a start."""
+        return self.start(lambda machine: (machine.get("plumb-retain.fault-code"), machine.get("it.in")))
+
+    def asked(self, answer="", value=None):
+        """The fault, and the value before and after an answer. Without an answer nothing is restored and nothing saved."""
+        def work(machine):
+            before = self.text()
+            if value is not None:
+                machine.host.set("it.in", value)
+            machine.go(3 * EVERY)
+            self.assertEqual((machine.get("plumb-retain.restored"), self.text()), (False, before))
+            found = [machine.get("plumb-retain.fault-code"), machine.get("it.in")]
+            if answer:
+                machine.host.set("plumb-retain." + answer, True)
+                machine.await_pin("plumb-retain.restored")
+                machine.until(lambda: self.text() != before, "a write")
+                found.append(machine.get("it.in"))
+            return found
+
+        return self.start(work)
+
+    def test_a_restart_asks_nothing(self):
+        for value in (7.5, 2.5, 3.5):
+            self.keep(value)
+            self.assertEqual(self.found(), (0, value))
+
+    def test_a_store_on_another_computer_waits_for_an_answer(self):
+        self.keep(7.5)
+        self.other_computer()  # to which the home was copied, too
+        self.assertEqual(self.asked(), [COMPUTER, FRESH])
+        self.assertEqual(self.asked("accept"), [COMPUTER, FRESH, 7.5])
+        self.assertEqual(self.found(), (0, 7.5))
+
+    def test_the_other_answer_keeps_the_present_values(self):
+        self.keep(7.5)
+        self.other_computer()
+        self.assertEqual(self.asked("renew", 4.5), [COMPUTER, 4.5, 4.5])
+        self.assertEqual(self.found(), (0, 4.5))
+
+    def test_the_copy_of_yesterday_waits_for_an_answer(self):
+        self.keep(7.5)
+        copy = self.text()
+        self.keep(2.5)
+        self.write("plumb-retain.retained", copy)
+        self.assertEqual(self.asked(), [OLDER, FRESH])
+        self.assertEqual(self.asked("accept"), [OLDER, FRESH, 7.5])
+        self.assertEqual(self.found(), (0, 7.5))
+
+    def test_a_store_that_this_user_never_wrote_waits_for_an_answer(self):
+        self.keep(7.5)
+        self.state = own_folder(self)
+        self.assertEqual(self.asked(), [OLDER, FRESH])
+
+    def test_the_first_write_of_another_user_is_no_crash(self):
+        self.start(lambda machine: machine.await_saved("it.in", repr(FRESH)))
+        self.assertIn("count = 1 ", self.text())
+        self.state = own_folder(self)
+        self.assertEqual(self.found()[0], OLDER)
+
+    def test_without_a_machine_id_each_start_asks(self):
+        self.write("machine-id", "")
+        self.keep(7.5)
+        for _ in range(2):
+            self.assertEqual(self.asked("accept"), [UNNAMED, FRESH, 7.5])
+
+    def test_a_store_from_before_it_was_bound_waits_for_an_answer(self):
+        self.write("plumb-retain.retained", checksummed('machine = "bench"\n\n[pins]\n"it.in" = 7.5\n\n[records]\n'))
+        self.assertEqual(self.asked("accept"), [UNNAMED, FRESH, 7.5])
+        self.assertEqual(self.found(), (0, 7.5))
+
+    def test_a_crash_between_the_store_and_its_counter_asks_nothing(self):
+        self.keep(7.5)
+        with open(self.counter()) as file:
+            count = int(file.read())
+        self.assertIn("count = %d " % count, self.text())
+        for before, fault in ((1, 0), (2, OLDER)):
+            with open(self.counter(), "w") as file:
+                file.write("%d\n" % (count - before))
+            self.assertEqual(self.found()[0], fault)
+
+    def test_the_store_is_at_most_one_write_ahead_of_its_counter(self):
+        self.keep(7.5)
+
+        def work(machine):
+            counter = self.counter()
+            os.rename(counter, counter + ".away")
+            os.mkdir(counter)
+            machine.host.set("it.in", 2.5)
+            machine.await_pin("plumb-retain.fault-code", INACCESSIBLE)
+            machine.await_saved("it.in", "2.5")
+            before = self.text()
+            machine.host.set("it.in", 3.5)
+            machine.go(3)
+            self.assertEqual(self.text(), before)
+            os.rmdir(counter)
+            os.rename(counter + ".away", counter)
+            machine.await_saved("it.in", "3.5")
+            machine.await_pin("plumb-retain.fault", False)
+
+        self.start(work)
+        self.assertEqual(self.found(), (0, 3.5))
 
 
 class Kill(unittest.TestCase):
