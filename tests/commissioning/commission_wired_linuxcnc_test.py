@@ -50,15 +50,23 @@ class Wired(Sample):
         self.assertIn("no record says by whom", again["doctor of by hand"])
         self.acts(again["after"])
 
+        shutil.rmtree(os.path.join(os.path.dirname(self.samples), "home"))  # as on another computer, to which the folder was copied
+        moved = self.start("moved")
+        self.assertIn("What passed plumb commission is held: The store is an old copy", self.output)
+        self.assertEqual(moved["before"], [STAGE_HELD, 0])
+        self.assertRegex(" ".join(moved["doctor"].split()), "WRONG The store is an old copy, or another user's.* plumb commission --accept")
+        self.assertEqual(moved["accept"], "What passed counts again on this computer.\n")
+        self.acts(moved["after"])
+        self.acts(self.start("stays")["before"])
+
     def acts(self, found):
         self.assertEqual(found[0], ACTS, found)
         self.assertAlmostEqual(found[1], CORRECTION, delta=1e-7)
 
     def start(self, part):
         folder = os.path.dirname(self.samples)
-        facts = linuxcnc_runs.work(folder, self.ini(INCH), "commission_wired_scenario.py", part)[0]["facts"]
-        shutil.rmtree(os.path.join(folder, "home"), ignore_errors=True)
-        return facts
+        facts, self.output = linuxcnc_runs.work(folder, self.ini(INCH), "commission_wired_scenario.py", part)
+        return facts["facts"]
 
 
 if __name__ == "__main__":

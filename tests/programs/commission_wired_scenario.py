@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The DISPLAY of commission_wired_linuxcnc_test: an inch machine of plumb wire, commissioned, and started again.
 
-    commission_wired_scenario.py first | again
+    commission_wired_scenario.py first | again | moved | stays
 """
 
+import contextlib
 import os
 import subprocess
 import sys
 
-from plumb_linuxcnc import OperatorError
+from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
 TILT = 0.00016  # rad, of Z, by which the tool moves to X+ when it rises
@@ -25,6 +26,8 @@ class Wired(Scenario):
         getattr(self, sys.argv[1])()
 
     def ready(self):
+        with contextlib.suppress(OperatorError, Overdue):  # a question about what passed
+            self.machine.wait_for(lambda _: False, "no message", 3)
         self.machine.turn_on()
         self.machine.home()
         self.machine.wait(8)  # interlock looks at the wiring, and plumb-retain restores
@@ -64,6 +67,16 @@ class Wired(Scenario):
         self.swap("x", "y")
         self.facts["after"] = self.acts()
 
+    def moved(self):
+        """On another computer."""
+        self.facts["before"] = self.acts()
+        self.facts["doctor"] = self.doctor()
+        self.facts["accept"] = self.plumb("commission", "--accept")
+        self.facts["after"] = self.acts()
+
+    def stays(self):
+        self.facts["before"] = self.acts()
+
     def swap(self, first, second):
         for line in ("unlinkp x-stage.offset-0", "unlinkp y-stage.offset-0",
                      "net %s-correction x-stage.offset-0" % first, "net %s-correction y-stage.offset-0" % second):
@@ -82,9 +95,12 @@ class Wired(Scenario):
         self.machine.wait(2)
         return found
 
+    def doctor(self):
+        return self.plumb("doctor", "--machine")
+
     @staticmethod
-    def doctor():
-        done = subprocess.run([os.path.join(os.environ["BUILD"], "bin", "plumb"), "doctor", "--machine"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    def plumb(*words):
+        done = subprocess.run([os.path.join(os.environ["BUILD"], "bin", "plumb"), *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               text=True, check=False)
         return done.stdout
 

@@ -38,6 +38,7 @@ def main():
     action = parser.add_mutually_exclusive_group()
     action.add_argument("--state", action="store_true", help="show the functions and stages that have passed, and each later change")
     action.add_argument("--by-hand", action="store_true", help="let the function and its stages pass without a step; the sheet says by whom")
+    action.add_argument("--accept", action="store_true", help="take over what passed on another computer, or an older copy of it")
     action.add_argument("--undo", action="store_true", help="take the function and its stages back: they are held again")
     action.add_argument("--pictures", metavar="DIR", help="write the drawings of all steps, as SVG files")
     parser.add_argument("--rows", action="store_true", help=argparse.SUPPRESS)  # of --state, for plumb doctor
@@ -59,6 +60,8 @@ def main():
     try:
         if options.state:
             return machine.show_state(options.rows)
+        if options.accept:
+            return machine.accept()
         function = machine.rig.function(options.function) if options.function else None
         if function is None:
             return refuse(_("name the function: {names}").format(names=", ".join(place.module for place in machine.rig.functions) or _("none is loaded")), 2)
@@ -122,6 +125,15 @@ class Running:
                 if command:
                     print("         $ " + command)
         return 1 if any(kind == "wrong" for kind, _sentence, _command in found) else 0
+
+    def accept(self):
+        if not self.rig.doubts():
+            return refuse(_("nothing that passed is in doubt"), 1)
+        self.rig.answer("accept")
+        if not self.rig.await_condition(lambda: not self.rig.doubts()):
+            return refuse(" ".join(self.rig.doubts()), 1)
+        print(_("What passed counts again on this computer."))
+        return 0
 
     def by_hand(self, function, who):
         """Whoever knows better."""

@@ -400,7 +400,7 @@ class Wire:
         files["commissioning.toml"] = (
             "# SPDX-License-Identifier: GPL-2.0-or-later\n"
             "# Written by plumb wire: with which wiring functions and stages passed plumb commission, in commissioning.retained.\n"
-            'machine = "%s"\npins = [\n%s]\n' % (machine, "".join('    "%s",\n' % pin for pin in wiring.passed))
+            'machine = "%s"\nbound = true\npins = [\n%s]\n' % (machine, "".join('    "%s",\n' % pin for pin in wiring.passed))
         )
         if records:
             files["retain.toml"] = (

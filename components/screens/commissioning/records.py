@@ -94,7 +94,7 @@ def findings(rig, records):
     if not rig.is_required():
         return [("note", _("Commissioning is off, as on a simulated machine: functions act at once."), "")]
     places = records.all()
-    rows = []
+    rows = [("wrong", doubt, "plumb commission --accept") for doubt in rig.doubts()]
     for place in [*rig.stages, *rig.functions]:
         its, name = places.get(place.key), "%s %s" % (_(place.kind), place.name)
         command = "plumb commission %s" % (place.module if place.kind == "function" else _function_of(rig, place))

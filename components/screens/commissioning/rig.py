@@ -12,9 +12,11 @@ from panel.texts import _
 
 LOOK = 0.02  # s between two looks
 RETURN = 10  # s for an offset to come or to go
+ANSWER = 0.5  # s in which plumb-retain sees a pin
 SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
 ORDER = 4  # fault-code of interlock
+DOUBTS = (8, 9, 10)  # fault-code of plumb-retain: it waits for an answer
 JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "joint-command", "drive-feedback")
 JOINT_OUTPUTS = ("drive-command", "joint-feedback")
 AXIS_INPUTS = ("permit", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
@@ -108,6 +110,21 @@ class Rig:
 
     def let_pass(self, place):
         self.set(self.lock, "%s-passed-%d" % (place.kind, place.number), self.identity(place))
+        self.answer("renew")
+
+    def doubts(self):
+        """A sentence for each store that plumb-retain does not restore without an answer."""
+        return [store.declared.sentence("fault-code", int(self.get(store, "fault-code"))) for store in self._doubted()]
+
+    def answer(self, pin):
+        """To each such store: accept, or renew."""
+        for store in self._doubted():
+            self.set(store, pin, 0)
+            self.sleep(ANSWER)
+            self.set(store, pin, 1)
+
+    def _doubted(self):
+        return [store for store in self.machine.of("plumb-retain") if int(self.get(store, "fault-code")) in DOUBTS]
 
     def take_back(self, place):
         self.set(self.lock, "%s-passed-%d" % (place.kind, place.number), 0)

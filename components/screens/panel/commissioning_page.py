@@ -70,6 +70,8 @@ class Commissioning(Page):
             self._box.pack_start(label(str(error), "warn"), False, False, 0)
             self._box.show_all()
             return
+        if rig.doubts():
+            self._box.pack_start(flow(button(_("It is this machine: take over what passed"), self._accept)), False, False, 0)
         if rig.is_required():
             self._box.pack_start(label(_("A function acts only after it has passed here. Each step says what to do, and the way back."), "soft"), False, False, 0)
             buttons = [button(_("Begin {name}").format(name=place.name), lambda place=place: self._begin(place.name)) for place in rig.functions]
@@ -79,6 +81,20 @@ class Commissioning(Page):
             verdict.show_verdict(KINDS[kind], sentence)
             self._box.pack_start(verdict, False, False, 0)
         self._box.show_all()
+
+    def _accept(self):
+        why = self.panel.access.refusal("integrator")
+        if why:
+            self.panel.say(_("{action}: refused. {why}").format(action=self.title, why=why), "warn")
+            return
+        try:
+            rig = self._rig()
+            rig.answer("accept")
+            taken = rig.await_condition(lambda: not rig.doubts())
+            self.panel.say(_("What passed counts again on this computer.") if taken else " ".join(rig.doubts()), "good" if taken else "bad")
+        except (NotReady, KeyError, ValueError, OSError, RuntimeError) as error:
+            self.panel.say(str(error), "bad")
+        self._show_state()
 
     # --- the steps ---
 

@@ -2,8 +2,10 @@
 """plumb panel: the first power-on by finger, on the virtual-time host."""
 
 import os
+import re
 import time
 import unittest
+import zlib
 
 import plumb
 from screen import Finger, Screen
@@ -80,6 +82,22 @@ class Commissioning(unittest.TestCase):
             pass
         time.sleep(0.05)  # no faster than the panel beats
 
+    def retain(self, **passed):
+        """plumb-retain with a store of before it was bound to a computer."""
+        values = {"interlock.%s" % name.replace("_", "-"): value for name, value in passed.items()}
+        rest = 'machine = "test"\n\n[pins]\n%s\n[records]\n' % "".join('"%s" = %d\n' % item for item in values.items())
+        toml = 'machine = "test"\nbound = true\nevery = 0.05\npins = [%s]\n' % ", ".join('"%s"' % name for name in values)
+        for name, text in (("machine-id", "0123456789abcdef\n"), ("passed.toml", toml),
+                           ("passed.retained", "# retain 1, CRC-32 of the rest: %08x\n%s" % (zlib.crc32(rest.encode()), rest))):
+            with open(os.path.join(self.folder, name), "w") as file:
+                file.write(text)
+        self.host.halcmd("loadusr", "-Wn", "commissioned", "env", "XDG_STATE_HOME=" + self.folder, "PLUMB_MACHINE_ID=%s/machine-id" % self.folder,
+                         os.path.join(BUILD, "bin", "plumb-retain"), "commissioned", "--file", os.path.join(self.folder, "passed.toml"))
+
+    def kept(self):
+        with open(os.path.join(self.folder, "passed.retained")) as file:
+            return {name: int(value) for name, value in re.findall(r'^"interlock\.(\S+)" = (\S+)$', file.read(), re.M)}
+
     def hold(self, finger):
         """Until the stage has moved, and the panel has seen it."""
         finger.hold("Press and hold")
@@ -87,7 +105,22 @@ class Commissioning(unittest.TestCase):
         for _turn in range(8):
             self.between()
 
+    def test_what_passed_on_another_computer_counts_when_the_finger_says_so(self):
+        while not self.host.get("interlock.stage-identity-0"):
+            self.between()
+        identity = self.host.get("interlock.stage-identity-0")
+        self.retain(stage_passed_0=identity)
+        finger = self.panel()
+        finger.press("Commissioning")
+        finger.await_text("The store, or this computer, has no machine-id.")
+        finger.await_text("stage x-stage has not passed, and is held.")
+        self.assertEqual(self.host.get("interlock.stage-passed-0"), 0)
+        finger.press("It is this machine: take over what passed")
+        finger.await_text("What passed counts again on this computer.")
+        finger.until(lambda: self.host.get("interlock.stage-passed-0") == identity, "the restored pass")
+
     def test_a_stage_moves_while_the_finger_presses_and_passes_by_its_readings(self):
+        self.retain(stage_passed_0=7, stage_passed_1=9)  # which the pass of today replaces
         finger = self.panel()
         finger.press("Commissioning")
         finger.await_text("stage x-stage has not passed, and is held.")
@@ -115,6 +148,8 @@ class Commissioning(unittest.TestCase):
             finger.press("Enter")
         finger.await_text("y-stage moves Y by +0.010 mm")
         self.assertNotEqual(self.host.get("interlock.stage-passed-0"), 0)
+        passed = {"stage-passed-0": self.host.get("interlock.stage-passed-0"), "stage-passed-1": 0}
+        finger.until(lambda: self.kept() == passed, "the new store")
         finger.press("Give up")
         finger.await_text("function square has not passed, and is held.")
         self.assertEqual(self.host.get("interlock.function-enable-0"), False)

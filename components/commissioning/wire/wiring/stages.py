@@ -184,8 +184,15 @@ def commissioning(functions, stages, limit):
 
 
 def commissioned(path):
-    """plumb-retain for the identities with which functions and stages have passed."""
+    """plumb-retain for the identities with which functions and stages have passed. It asks where they are another computer's, or old."""
     part = Part("What has passed plumb commission", is_late=True)
+    part.nets = [
+        ["passes-doubted", "commissioned.fault", "=>", "linuxcnc-link.passes-doubted"],
+        ["passes-doubted-code", "commissioned.fault-code", "=>", "linuxcnc-link.passes-doubted-code"],
+    ]
+    german = "Was plumb commission bestanden hat, wird gehalten: {code} plumb panel fragt auf der Seite Inbetriebnahme."
+    text = "What passed plumb commission is held: {code} plumb panel asks on its page Commissioning."
+    part.messages = message("passes-doubted", text, german, "plumb-retain fault-code")
     part.programs = {"commissioned": "-Wn commissioned plumb-retain commissioned --file %s" % path}
     return part
 
