@@ -22,6 +22,8 @@ struct SimGrinder final : hal::Component {
     hal::In<std::int32_t> seed{this, "seed", 0, "Number of the axis; 0 is the typical one."};
     hal::In<double> position_cmd{this, "position-cmd", 0, "mu", "Command of the drive."};
     hal::In<bool> enabled{this, "enabled", true, "The drive is on."};
+    hal::In<double> push_speed{this, "push-speed", 0, "mu/s",
+                               "Speed at which a hand pushes the axis while the drive is off."};
     hal::In<bool> scale_at_load{this, "scale-at-load", true, "The scale reads the load, not the motor."};
     hal::In<double> contact_low{this, "contact-low", 0, "mu", "Lower end of the work."};
     hal::In<double> contact_high{this, "contact-high", 0, "mu", "Upper end of the work."};
@@ -66,6 +68,7 @@ struct SimGrinder final : hal::Component {
         const bool on = enabled;
         if (!on) {
             velocity_ = integral_ = 0;
+            motor_ += pushed_ * dt;
             late_.fill(motor_);
             last_ = motor_;
         } else {
@@ -103,6 +106,7 @@ private:
         delay_ = command_delay(seed_);
         wheel_ = wheel_force(seed_) * limit_;
         step_ = resolution(seed_);
+        pushed_ = usable(push_speed, 1e4, pushed_);
         low_ = usable(contact_low, 1e6, low_);
         high_ = usable(contact_high, 1e6, high_);
     }
@@ -192,7 +196,7 @@ private:
     bool started_ = false, on_ = false, touches_ = false, upward_ = true;
     double gain_ = 0, forward_ = 0, loop_ = 0, damping_ = 0, limit_ = 0, friction_ = 0, stiction_ = 0,
            stribeck_ = 1, backlash_ = 0, resonance_ = 0, load_loss_ = 0, delay_ = 0, wheel_ = 0, step_ = 0;
-    double low_ = 0, high_ = 0;
+    double low_ = 0, high_ = 0, pushed_ = 0;
     double command_ = 0, last_ = 0;
     double motor_ = 0, velocity_ = 0, integral_ = 0, play_ = 0, last_play_ = 0, load_ = 0, load_velocity_ = 0;
     double farthest_ = 0, farthest_time_ = 0, lower_time_ = 0, time_ = 0, hardest_ = 0;

@@ -57,6 +57,18 @@ TEST_F(SimGrinder, FeedForwardTakesTheLagAway) {
     EXPECT_LT(get("truth-upper"), 10.2);
 }
 
+TEST_F(SimGrinder, AHandPushesItOnlyWhileTheDriveIsOff) {
+    set("push-speed", 300);
+    bench.run(0.4);
+    EXPECT_NEAR(get("truth-position"), 0, 1e-9);
+    set("enabled", 0);
+    bench.run(0.4);
+    EXPECT_NEAR(get("truth-position"), 120, 1e-6);
+    set("push-speed", 0);
+    bench.run(0.4);
+    EXPECT_NEAR(get("position"), 120, 1e-6);
+}
+
 TEST_F(SimGrinder, BacklashIsBetweenMotorAndLoad) {
     set("backlash", 0.1);
     set("scale-at-load", 0);
