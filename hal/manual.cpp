@@ -75,6 +75,9 @@ void write_offsets(std::ostream& out, const Declarations& declared) {
         if (!offset.turning_rate.empty())
             out << "Where motion turns, it changes besides by at most " << escaped(offset.turning_rate)
                 << ", its speed by at most " << escaped(offset.turning_acceleration) << ". ";
+        if (!offset.driven.empty())
+            out << "While " << escaped(offset.driven) << " is false, and when " << escaped(offset.homed)
+                << " rises, it may be at once where its axis is. ";
         if (!offset.accelerated_by.empty()) out << escaped(offset.accelerated_by) << ' ';
         out << "While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
     }

@@ -52,6 +52,12 @@ public:
         return *this;
     }
 
+    // While `driven` is false, and when `homed` rises, the offset may be at once where its axis is. Optional.
+    MovingPin& undriven(const In<bool>& driven, const In<bool>& homed) {
+        info_.homed = homed.name();
+        return set(info_.driven, driven.name());
+    }
+
     // Where motion turns, the offset may change besides: by at most the first setting per second, and its
     // rate by at most the second one. Optional.
     MovingPin& turning(const In<double>& rate, const In<double>& acceleration) {

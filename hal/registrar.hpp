@@ -53,6 +53,7 @@ struct OffsetInfo {
     std::string guest;                // the part of it for which bound and rate do not hold
     std::vector<std::string> motion;  // positions that it depends on,
     double slope = 0;                 // by so much at most
+    std::string driven, homed;        // inputs: false, or a rise, lets it be where its axis is
     std::string turning_rate, turning_acceleration;  // where a turn of motion changes it besides
 };
 

@@ -127,6 +127,8 @@ void Attack::watch(const Live::Part& part, const hal::OffsetInfo& offset) {
     watched.rate = full(offset.rate);
     watched.limited = full(offset.limited);
     if (!offset.acceleration.empty()) watched.refusal = full("fault");
+    watched.driven = full(offset.driven);
+    watched.homed = full(offset.homed);
     watched.bound_in_force = bench_.get(watched.bound);
     watched.rate_in_force = bench_.get(watched.rate);
     if (smooth_ && !offset.acceleration.empty()) {
@@ -162,12 +164,18 @@ void Attack::expect(const Watched& its) {
         forgotten = " || (x == 0 && x_rate != 0)";
         changed = change_beside_a_guest(own, its.rate_in_force);
     }
+    std::string unless;
+    if (!its.driven.empty()) {
+        variables["u"] = its.driven;
+        variables["h"] = its.homed;
+        unless = "u == 0 || h_rate != 0 || ";
+    }
     bench_.client().expect("bound of " + its.name,
-                           "abs(" + own + ") <= " + text(its.bound_in_force * (1 + 1e-9) + 1e-12) + " + " +
-                               quantum + " || abs(" + own + ") <= abs(" + own + " - " + own_rate +
+                           unless + "abs(" + own + ") <= " + text(its.bound_in_force * (1 + 1e-9) + 1e-12) +
+                               " + " + quantum + " || abs(" + own + ") <= abs(" + own + " - " + own_rate +
                                " * 0.001) + 1e-12" + forgotten,
                            variables);
-    std::string rate = changed + " <= " + text(its.rate_in_force * (1 + 1e-6) + 1e-9);
+    std::string rate = unless + changed + " <= " + text(its.rate_in_force * (1 + 1e-6) + 1e-9);
     for (std::size_t i = 0; i < its.motion.size(); ++i) {
         const std::string name = "p" + std::to_string(i);
         variables[name] = its.motion[i];

@@ -54,7 +54,8 @@ private:
         std::map<std::string, std::string> beside_guest;  // more of them, by variable
         std::vector<std::string> motion;
         std::string bound, rate, limited, acceleration;  // pins, "" for none
-        std::string refusal;  // of a bound below the offset; "" where the offset returns within it
+        std::string refusal;        // of a bound below the offset; "" where the offset returns within it
+        std::string driven, homed;  // where it may be at once where its axis is
         double slope, bound_in_force, rate_in_force;
     };
 
