@@ -30,6 +30,10 @@ public:
     void clear() noexcept { sources_ = {}; }
 
     double operator[](std::size_t i) const noexcept { return sources_[i]; }
+    // The sum without a source, by its number from 1; 0: with all.
+    double without(std::size_t source) const noexcept {
+        return value() - (source != 0 ? sources_[source - 1] : 0);
+    }
     double value() const noexcept { return std::accumulate(sources_.begin(), sources_.end(), 0.0); }
 
 private:

@@ -111,29 +111,33 @@ struct JointOffset final : hal::Component {
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
         const Permit its = permit.step(enable, false);
-        const bool chosen = its.source != source_;  // a trial begins or ends
-        if (chosen && its.source != 0 && !active_) sources_.clear();
+        if (source_ == 0 && its.source != 0 && !active_) sources_.clear();  // a trial begins
+        const auto only = static_cast<std::size_t>(its.source), last = static_cast<std::size_t>(source_);
+        const double others = sources_.without(last);
+        const bool good_sources = sources_.read(offset, largest, only);
+        const bool returns =
+            last != only && std::abs(sources_.without(last) - others) > slack;  // to other sources
         source_ = its.source;
-        const bool good_sources = sources_.read(offset, largest, static_cast<std::size_t>(source_));
         const bool is_homed = homed, knows_origin = knows_place_ && within(command, farthest);
         origin_.step(is_homed, knows_origin ? command_ - position_ : origin_.last(), in_force(), slack);
         const bool permitted = permit.alive() && !its.hold, shifted = origin_.shifted();
         const bool is_enabled = its.enable, on = motion_enabled;
-        const bool active = is_enabled && is_homed && !shifted && applied_.knows_limits();
         const auto sums = release_.sum(sources_, read_release());
+        const bool stroking = on && release_.out();  // its source brakes a stroke, which may not stop dead
+        const bool based = (is_homed && !shifted) || (stroking && !is_homed);
+        const bool active = is_enabled && based && applied_.knows_limits();
         const double wanted = !permitted ? applied_.sum() : active ? sums.all : 0;
         const double possible = bounded(wanted, applied_.settings().max_offset);
 
         if (release_.step(on)) applied_.move_to(release_.stays(), dt);
-        const bool stranded = on && release_.out() && (!is_homed || shifted);
-        const bool holding = (is_homed && !on) || release_.pending() || stranded;
-        if (chosen || active != active_ || (holding_ && !holding) || (!permitted_ && permitted))
+        const bool holding = (is_homed && !on) || release_.pending() || (stroking && shifted);
+        if (returns || active != active_ || (holding_ && !holding) || (!permitted_ && permitted))
             applied_.ramp();
         active_ = active;
         permitted_ = permitted;
         holding_ = holding;
         const double before = applied_.value();
-        const bool guarded = is_homed && applied_.knows_limits();
+        const bool guarded = (is_homed || stroking) && applied_.knows_limits();
         if (holding)
             applied_.hold();
         else
@@ -160,7 +164,7 @@ struct JointOffset final : hal::Component {
                                                {refused, Fault::bound},
                                                {!limits.valid(), Fault::limits},
                                                {shifted, Fault::origin},
-                                               {stranded, Fault::unhomed},
+                                               {stroking && (!is_homed || shifted), Fault::unhomed},
                                                {on && release_.ignores(), Fault::unreleased}});
         fault = found;
         status = status_of({found != Fault::none, is_enabled, on, is_homed, falls_short, applied_.ramping(),
