@@ -128,16 +128,19 @@ class Shift(Scenario):
         halcmd("net chop-waits motion.feed-inhibit")
 
     def lost_homed(self):
-        """For 8 ms amid a stroke: the table stands, and G80.1 returns it."""
+        """For 8 ms amid a stroke: the table brakes and stands, and G80.1 returns it."""
         self.start()
+        self.facts["homed_told"] = self.message_of(self.lose_homed)
+        self.facts["lost_homed"] = [self.host.get("chop.command"), self.host.get("chop.active")]
+        self.machine.mdi("G80.1")
+
+    def lose_homed(self):
         halcmd("unlinkp chop.homed")
         self.host.set("chop.homed", 0)
         self.machine.wait(0.008)
         self.host.set("chop.homed", 1)
         halcmd("net w-homed chop.homed")
-        self.machine.wait(0.5)
-        self.facts["lost_homed"] = [self.host.get("chop.command"), self.host.get("chop.active")]
-        self.machine.mdi("G80.1")
+        self.machine.wait(1)
 
     def learn(self):
         """What plumb-retain keeps."""

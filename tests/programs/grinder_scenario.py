@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import linuxcnc
-from plumb_linuxcnc import OperatorError
+from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
 STROKE, LOWER = "G81.1 Z5 Q-30 R5 P3600", -25
@@ -301,16 +301,16 @@ class Shift(Scenario):
         self.machine.mdi("G0 Z10")
 
     def lost_homed(self):
-        """Unhomed amid a stroke, by mistake: the wheel stands. Machine off makes its place true."""
+        """Unhomed amid a stroke, by mistake: the wheel brakes and stands. Machine off makes its place true."""
         self.start()
         self.await_depth()
         self.machine.mode(linuxcnc.MODE_MANUAL)
         self.machine.joint_mode()
         self.machine.command.unhome(2)
         self.await_pin("joint.2.homed", 0)
-        with contextlib.suppress(OperatorError):
-            self.machine.wait_for(lambda _: False, "the message")
-        self.machine.wait(1.5)
+        for _ in ("of chopping", "of the stage"):
+            with contextlib.suppress(OperatorError, Overdue):
+                self.machine.wait_for(lambda _: False, "a message", 5)
         self.machine.turn_off()
         self.machine.wait(0.3)
         self.machine.turn_on()

@@ -71,6 +71,9 @@ struct Chopping final : hal::Component {
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
+    hal::Out<bool> place_known{
+        this, "place-known",
+        "The command of an extra joint is where its axis stands; false must keep its drive off."};
     hal::Out<bool> stands_off{
         this, "stands-off",
         "Machine off has ended strokes, and the axis has not been at their point R since: "
@@ -102,11 +105,12 @@ struct Chopping final : hal::Component {
                                 .bound(settings.max_offset)
                                 .rate(settings.max_rate)
                                 .acceleration(settings.max_acceleration, StrokingAxis::guard_factor)
+                                .undriven(motion_enabled, homed)
                                 .limited(limited.active())};
 
     hal::Function update_function{this, "update", &Chopping::update, hal::Place::source};
 
-    void prepare() override { axis_.begin(settings.read()); }
+    void prepare() override { axis_.begin(settings.read(), 1 / unit.millimetres()); }
 
     void update(double dt) noexcept {
         const StrokingAxis::Inputs inputs = judged();
@@ -159,6 +163,7 @@ private:
         end_position = axis_.position();
         measured_position = axis_.measured();
         at_end = axis_.at_end();
+        place_known = axis_.place_known();
         stands_off = axis_.stands_off();
         stands_off_by = axis_.stands_off_by();
         program_refused = axis_.refused();
@@ -184,6 +189,7 @@ private:
         seen.speed_zero = axis_.values().override_value == 0;
         seen.away = axis_.away();
         seen.stands_off = axis_.stands_off();
+        seen.place_known = axis_.place_known();
         seen.on = inputs.on;
         seen.homed = inputs.homed;
         seen.permitted = inputs.orders.enable;

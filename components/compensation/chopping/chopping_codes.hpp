@@ -30,7 +30,9 @@ enum class Fault : std::int32_t {
     lags,
     weak_drive,
     last_good,
-    passed_end
+    passed_end,
+    unhomed,
+    place_lost
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -104,6 +106,11 @@ constexpr const char* sentence(Fault fault) {
         case Fault::passed_end:
             return "The axis passed position, point R, by more than max-beyond: the next way there is "
                    "slower.";
+        case Fault::unhomed:
+            return "The joint lost homed while the axis stroked: the stroke was stopped. Home the joint.";
+        case Fault::place_lost:
+            return "The place of the axis is unknown: its feedback jumped, failed or did not follow the "
+                   "strokes. Check encoder and supply, turn the machine off, unhome the joint, and home it.";
         default: return nullptr;
     }
 }

@@ -21,7 +21,8 @@ enum class ChoppingStatus : std::int32_t {
     away_off,
     away,
     at_rest,
-    stands_off
+    stands_off,
+    place_lost
 };
 
 constexpr hal::Said said(ChoppingStatus status) {
@@ -64,6 +65,10 @@ constexpr hal::Said said(ChoppingStatus status) {
         case S::stands_off:
             return {Kind::warn, "The axis stands away from where the stroke began.",
                     "Jog it clear, or start strokes from here.", "start", "stands-off-by"};
+        case S::place_lost:
+            return {Kind::bad, "The place of the axis is unknown, and nothing moves it.",
+                    "Check encoder and supply. Then turn the machine off, unhome the joint, and home it.", "",
+                    "fault-code"};
         case S::at_rest: return {Kind::off, "At rest at point R.", "G81.1 or Start begins strokes.", "start"};
         default: return hal::said(static_cast<hal::Common>(status));
     }
@@ -74,12 +79,14 @@ struct ChoppingSeen {
     bool moves = false, returns = false, ends = false, held = false, hold_ordered = false, speed_zero = false;
     bool away = false;        // from point R, at rest
     bool stands_off = false;  // from the former point R, where machine off has ended strokes
+    bool place_known = true;
     bool on = false, homed = false, permitted = false;
     ChoppingStatus interlock{};
 };
 
 inline ChoppingStatus status_of(const ChoppingSeen& its) noexcept {
     using S = ChoppingStatus;
+    if (!its.place_known) return S::place_lost;
     if (its.moves)
         return hal::first<S>({{its.held && its.hold_ordered, S::held},
                               {its.held && its.speed_zero, S::held_by_speed},

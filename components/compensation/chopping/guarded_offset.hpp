@@ -45,10 +45,17 @@ public:
         if (holds)
             guard_.hold();
         else
-            guard_.step(bounded(target, most), {rate, rate, acceleration, rate, rate, most}, dt);
+            guard_.step(bounded(target, std::max(most, std::abs(value()))),
+                        {rate, rate, acceleration, rate, rate, most}, dt);
         stands_ = value() == last_;
         last_ = value();
         kept_back_ = std::abs(value() - target) > 1e-6;
+    }
+
+    // The axis has been moved, perhaps beyond the bound.
+    void put(double place) noexcept {
+        guard_.move_to(place, 1, 1);
+        guard_.hold();
     }
 
     // The offset has become a part of the position: it is 0, and nothing moves.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/chopping/axis_place.hpp"
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/standing_off.hpp"
 #include "components/compensation/chopping/stroke_bounds.hpp"
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace plumb {
 
@@ -41,7 +43,9 @@ public:
         double word = 0, word_value = 0;  // of the program
     };
 
-    void begin(const StrokeValues& settings) noexcept {
+    // A millimetre in mu.
+    void begin(const StrokeValues& settings, double millimetre = 1) noexcept {
+        place_.begin(millimetre);
         in_force_.begin(settings);
         guard(1);
     }
@@ -50,6 +54,7 @@ public:
     void step(const Inputs& inputs, StrokeValues settings, double dt) noexcept {
         const Now now = judged(inputs, dt);
         words_.replace(settings);
+        stand(now, dt);
         obey(now, settings, dt);
         take_settings(settings, dt);
         generate(now, dt);
@@ -67,8 +72,13 @@ public:
     double offset() const noexcept { return offset_.value(); }
     double command() const noexcept { return position_ + offset_.value(); }
     double measured() const noexcept { return measured_; }  // the last good one
-    bool away() const noexcept { return std::abs(offset_.value()) > StrokeOffset::nothing; }
-    bool at_end() const noexcept { return !motion_.moves() && offset_.value() == 0; }
+    // From point R. Where nothing drives an extra joint it stands within max-beyond of its command.
+    bool away() const noexcept {
+        const double within = by_stage_ ? 0 : values().learning.most_beyond;
+        return std::abs(offset_.value()) > std::max(within, StrokeOffset::nothing);
+    }
+    bool at_end() const noexcept { return !motion_.moves() && !away(); }
+    bool place_known() const noexcept { return place_.known(); }  // of an extra joint
     bool stands_off() const noexcept { return standing_off_.stands(); }
     double stands_off_by() const noexcept { return standing_off_.distance(); }
     // Moves of a program have to wait.
@@ -88,8 +98,6 @@ private:
         bool known;       // the position
         bool measurable;  // the axis
         double measured, applied;
-
-        bool ready() const noexcept { return given.on && given.homed; }
     };
 
     Now judged(const Inputs& given, double dt) noexcept {
@@ -108,22 +116,44 @@ private:
                 applied};
     }
 
+    bool ready(const Now& now) const noexcept { return now.given.on && now.given.homed && place_.known(); }
+
+    // An extra joint is where its axis is while its drive is off. LinuxCNC knows that of a joint with a
+    // stage.
+    void stand(const Now& now, double dt) noexcept {
+        const Inputs& given = now.given;
+        const bool moved = std::exchange(last_position_, position_) != position_;
+        by_stage_ |= given.releasable || std::abs(now.applied) > StrokeOffset::nothing ||
+                     (!given.on && moved && std::abs(position_ - given.joint) <= StrokeOffset::nothing);
+        if (by_stage_) return;
+        if (!place_.step({given.on, given.homed, motion_.moves(), now.measurable, now.measured, command(),
+                          values().max_following_error, motion_.oscillation().speed()},
+                         dt))
+            return;
+        if (motion_.moves()) freeze();
+        offset_.put(place_.place() - position_);
+    }
+
     void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
         faults_.step(orders.run);
         faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
-        if (motion_.moves() && !now.ready()) freeze();
+        if (motion_.moves() && !now.given.on) freeze();
+        if (motion_.moves() && !ready(now)) {
+            if (!now.given.homed) faults_.happen(Fault::unhomed);
+            motion_.fail();
+        }
         if (now.given.released) release();
         if (orders.starts && motion_.state() == StrokeMotion::State::returning)
             faults_.start(Fault::withdrawing);
         if (orders.starts && !motion_.moves()) start(now, given, dt);
-        if (orders.returns && !motion_.moves() && now.ready() && now.known) return_to_end(now, given, dt);
+        if (orders.returns && !motion_.moves() && ready(now) && now.known) return_to_end(now, given, dt);
         if (orders.shifts && motion_.moves()) take_over(given, dt);
     }
 
     void start(const Now& now, const StrokeValues& given, double dt) noexcept {
-        const bool ready = now.ready() && now.orders.permitted && now.orders.runs;
-        faults_.start(!ready       ? Fault::not_ready
+        const bool is_ready = ready(now) && now.orders.permitted && now.orders.runs;
+        faults_.start(!is_ready    ? Fault::not_ready
                       : !now.known ? Fault::position
                                    : in_force_.take(given, position_, dt));
         if (faults_.refused()) return;
@@ -135,8 +165,8 @@ private:
     }
 
     // Of a stroke that is to begin at an end.
-    static Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) noexcept {
-        if (!now.ready() || !now.orders.permitted) return Fault::not_ready;
+    Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) const noexcept {
+        if (!ready(now) || !now.orders.permitted) return Fault::not_ready;
         return given.refusal(given.lower, given.upper, end, dt);
     }
 
@@ -214,8 +244,8 @@ private:
         period.command = motion_.leading().position() - position_;
         period.mean = motion_.leading().mean() - position_;
         period.on = now.given.on;
-        period.joint = {now.given.homed, now.given.releasable, std::abs(now.applied) > StrokeOffset::nothing,
-                        now.measurable, std::abs(now.measured - command())};
+        period.homed = now.given.homed;
+        period.ramps = by_stage_ && !now.given.releasable;
         offset_.step(period, dt);
     }
 
@@ -236,7 +266,7 @@ private:
     void report(const Now& now) noexcept {
         const bool runs = motion_.moves();
         const Oscillation& oscillation = motion_.oscillation();
-        busy_ = runs ? !now.orders.ordered : motion_.failed() && offset_.value() != 0;
+        busy_ = runs ? !now.orders.ordered : motion_.failed() && away();
         if (now.measurable) measured_ = now.measured;
         if (!now.given.homed) standing_off_.end();
         standing_off_.step(position_, now.given.on);
@@ -249,8 +279,10 @@ private:
         active.arrival = oscillation.impatient();
         active.late = oscillation.late();
         bounds_.step(active, runs);
-        fault_ = faults_.first({!now.known, in_force_.refused(), offset_.refused(),
-                                supervision_.fault(in_force_.values(), runs && !now.measurable)});
+        fault_ = !place_.known()
+                     ? Fault::place_lost
+                     : faults_.first({!now.known, in_force_.refused(), offset_.refused(),
+                                      supervision_.fault(in_force_.values(), runs && !now.measurable)});
     }
 
     StrokeOrders orders_;
@@ -262,6 +294,9 @@ private:
     StrokeBounds bounds_;
     StrokeOffset offset_;
     StandingOff standing_off_;
+    AxisPlace place_;
+    bool by_stage_ = false;  // the joint has the offset by a stage
+    double last_position_ = 0;
     double position_ = 0, measured_ = 0;
     bool busy_ = false, hold_ordered_ = false;
     Fault fault_ = Fault::none;

@@ -277,41 +277,173 @@ TEST_F(Chopping, EntersTheStrokeInEachWay) {
     }
 }
 
-TEST_F(Chopping, MachineOffFreezesAndOnMovesNothingUntilStartedAgain) {
-    start();
-    bench.run(1.123);
-    set("motion-enabled", 0);
-    bench.run(dt);
-    const double frozen = get("offset");
-    EXPECT_NE(frozen, 0);
-    bench.expect("c_rate == 0", {{"c", "chop.command"}});
-    bench.run(1);
-    set("motion-enabled", 1);
-    bench.run(1);
-    set("run", 0);
-    bench.run(1);
-    EXPECT_EQ(get("offset"), frozen);
-    EXPECT_EQ(get("active"), 0);
+// An extra joint whose drive is off while the machine is.
+struct ExtraJoint : ChoppingAxis {
+    Random random{54};
+
+    ExtraJoint() {
+        bench.command("net on => chop.motion-enabled axis.enabled");
+        bench.command("setp axis.servo-gain 20");
+        turn(true);
+    }
+    void turn(bool on) {
+        bench.set("on", on);
+        bench.run(0.1);
+    }
+    void stroke() {
+        set("run", 0);
+        bench.run(0.01);
+        while (get("active") != 0) bench.run(0.01);
+        start();
+        bench.run(random.uniform(1, 2));
+        ASSERT_EQ(get("active"), 1) << get("fault-code");
+    }
+    // How far the axis goes when the machine is turned on, mm.
+    double moved_at_on() {
+        const double place = bench.get("axis.truth-position");
+        bench.set("on", 1);
+        double farthest = 0;
+        for (const double z : bench.trace(1, {"axis.truth-position"}).column("axis.truth-position"))
+            farthest = std::max(farthest, std::abs(z - place));
+        return farthest;
+    }
+    void push(double speed, double seconds) {
+        bench.set("axis.push-speed", speed);
+        bench.run(seconds);
+        bench.set("axis.push-speed", 0);
+        bench.run(0.01);
+    }
+};
+
+TEST_F(ExtraJoint, TurningOnMovesNothingWhereverItStoppedOrWasPushed) {
+    for (int i = 0; i < rounds(60, 12); ++i) {
+        SCOPED_TRACE(i);
+        stroke();
+        turn(false);
+        EXPECT_LE(moved_at_on(), 1 * um) << "stopped amid a stroke";
+        bench.set("on", 0);
+        bench.run(random.uniform(0, 0.01));
+        push(random.uniform(-300, 300), random.uniform(0, 0.4));
+        EXPECT_LE(moved_at_on(), 1 * um) << "pushed";
+        EXPECT_EQ(get("fault-code"), 0);
+        EXPECT_EQ(get("active"), 0);
+        set("go-to-end", 1);
+        bench.run(5);
+        EXPECT_EQ(get("at-end"), 1);
+        EXPECT_EQ(get("offset"), 0);
+        set("go-to-end", 0);
+    }
 }
 
-// An extra joint: LinuxCNC follows its command again as soon as it is homed.
-TEST_F(Chopping, AHomedThatIsLostForAMomentMovesNoExtraJoint) {
-    for (const double moment : {0.008, 0.3, 3.0}) {
-        SCOPED_TRACE(moment);
-        start();
-        bench.run(1.123);
-        EXPECT_GT(std::abs(get("velocity")), 20);
-        const double place = get("command");
-        set("homed", 0);
-        std::vector<double> z = commands(moment);
-        set("homed", 1);
-        const std::vector<double> later = commands(2);
-        z.insert(z.end(), later.begin(), later.end());
-        for (const double its : z) ASSERT_NEAR(its, place, 60 * 60 / (2 * 10 * 1000.0) + 0.06);
-        EXPECT_EQ(get("active"), 0);
+TEST_F(ExtraJoint, PushedBeyondMaxOffsetItStaysThere) {
+    set("max-offset", 30);
+    turn(false);
+    push(-300, 0.4);
+    EXPECT_LE(moved_at_on(), 1 * um);
+    EXPECT_NEAR(get("command"), -120, 0.1);
+    stroke();
+    bench.run(2);
+    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_GE(get("command"), -20);
+}
+
+TEST_F(ExtraJoint, AtRestAtRTurningOffAndOnLeavesItAtR) {
+    stroke();
+    set("run", 0);
+    bench.run(3);
+    turn(false);
+    turn(true);
+    EXPECT_EQ(get("at-end"), 1);
+    EXPECT_EQ(get("status-code"), 51) << "at rest at point R";
+}
+
+TEST_F(ExtraJoint, AnEncoderThatFailsOrJumpsWhileOffMovesNothingUntilHomedAgain) {
+    for (const double reads : {0.0, 1e9, std::nan("")}) {
+        SCOPED_TRACE(reads);
+        stroke();
+        turn(false);
+        bench.command("unlinkp chop.joint-feedback");
+        set("joint-feedback", reads);
+        bench.run(0.1);
+        EXPECT_LE(moved_at_on(), 1 * um);
+        bench.command("net feedback chop.joint-feedback");
+        EXPECT_LE(moved_at_on(), 1 * um) << "and when it reads again";
+        EXPECT_EQ(get("fault-code"), 26);
+        EXPECT_EQ(get("status-code"), 52);
+        EXPECT_EQ(get("place-known"), 0);
         set("run", 0);
         set("go-to-end", 1);
+        bench.run(0.01);
+        start();
+        EXPECT_LE(moved_at_on(), 1 * um) << "no order moves it";
+        set("go-to-end", 0);
+        turn(false);
+        set("homed", 0);
+        bench.run(0.1);
+        EXPECT_EQ(get("place-known"), 1) << "homing needs the drive";
+        turn(true);
+        set("homed", 1);
+        EXPECT_LE(moved_at_on(), 1 * um);
+        EXPECT_EQ(get("place-known"), 1);
+    }
+    stroke();
+    EXPECT_EQ(get("fault-code"), 0);
+}
+
+// It stood while the axis was pushed, and jumps when the drive comes on, which has moved for some periods
+// then.
+TEST_F(ExtraJoint, AnEncoderThatComesBackWithTheDriveStopsItAtOnce) {
+    bench.command("loadrt and2 names=permit");
+    for (const char* line :
+         {"unlinkp axis.enabled", "net on permit.in0", "net known chop.place-known permit.in1",
+          "net drive permit.out axis.enabled", "addf permit servo-thread 2"})
+        bench.command(line);
+    stroke();
+    turn(false);
+    bench.command("unlinkp chop.joint-feedback");
+    set("joint-feedback", bench.get("axis.position"));
+    push(-300, 0.4);
+    bench.command("net feedback chop.joint-feedback");
+    EXPECT_LE(moved_at_on(), 0.1);
+    EXPECT_EQ(get("fault-code"), 26);
+}
+
+TEST_F(ExtraJoint, AFeedbackThatIsNotWiredMovesNothing) {
+    bench.command("unlinkp chop.joint-feedback");
+    stroke();
+    turn(false);
+    const double place = get("command");
+    turn(true);
+    for (const double z : commands(1)) ASSERT_EQ(z, place);
+    EXPECT_EQ(get("fault-code"), 26);
+}
+
+// With learn the command ends beyond a dead point: held there, the axis would go on to it.
+TEST_F(ExtraJoint, AHomedThatIsLostBrakesWithinTheRegionHoldsAndIsAFault) {
+    for (const char* line : {"setp chop.learn 1", "setp chop.jerk-time 0.01", "setp chop.run 1"})
+        bench.command(line);
+    bench.run(40);
+    ASSERT_EQ(get("learned"), 1);
+    ASSERT_GT(get("upper-correction"), 0.3);
+    bound_all_periods(-21, 0.001);
+    bench.expect("z >= -20.005 && z <= 0.005", {{"z", "axis.truth-position"}});
+    for (int i = 0; i < rounds(40, 12); ++i) {
+        SCOPED_TRACE(i);
+        stroke();
         bench.run(2);
+        ASSERT_LE(bench.get("axis.truth-position"), -7.995);
+        set("homed", 0);
+        bench.run(random.uniform(0.002, 2));
+        set("homed", 1);
+        bench.run(1.5);
+        EXPECT_EQ(get("fault-code"), 25);
+        EXPECT_EQ(get("active"), 0);
+        EXPECT_LE(bench.get("axis.truth-position"), -7.995);
+        const double place = get("command");
+        for (const double z : commands(1)) ASSERT_EQ(z, place);
+        set("run", 0);
+        set("go-to-end", 1);
+        bench.run(4);
         EXPECT_EQ(get("at-end"), 1);
         set("go-to-end", 0);
     }

@@ -279,17 +279,18 @@ TEST_F(ChoppingWithdrawal, ALostEnableMovesNoAxisThatAFaultHasStopped) {
     EXPECT_LT(get("command"), -8);
 }
 
-TEST_F(ChoppingWithdrawal, MachineOffFreezesItAndGoToEndReturns) {
+TEST_F(ChoppingWithdrawal, MachineOffLeavesItWhereTheAxisStandsAndGoToEndReturns) {
     start();
     bench.run(1.1);
     set("enable", 0);
     bench.run(0.02);
-    set("motion-enabled", 0);
-    bench.run(dt);
-    const double frozen = get("offset");
-    for (const double z : commands(0.5)) ASSERT_EQ(z, frozen);
-    set("motion-enabled", 1);
-    for (const double z : commands(0.5)) ASSERT_EQ(z, frozen);
+    bench.command("net on chop.motion-enabled axis.enabled");
+    bench.set("on", 0);
+    bench.run(3 * dt);
+    const double place = get("offset");
+    for (const double z : commands(0.5)) ASSERT_EQ(z, place);
+    bench.set("on", 1);
+    for (const double z : commands(0.5)) ASSERT_EQ(z, place);
     set("go-to-end", 1);
     expect_withdrawal();
 }

@@ -10,26 +10,22 @@ using Offset = HomedWatch::Offset;
 
 TEST(HomedWatch, AHomedThatIsLostForAMomentLeavesTheOffsetAsItIsApplied) {
     HomedWatch it;
-    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::stays);
-    for (int i = 0; i < 900; ++i) ASSERT_EQ(it.step({false, false, true, true, 0}, 0.001), Offset::stays);
-    EXPECT_EQ(it.step({true, false, true, true, 0}, 0.001), Offset::as_applied);
+    EXPECT_EQ(it.step(true, true, 0.001), Offset::stays);
+    for (int i = 0; i < 900; ++i) ASSERT_EQ(it.step(false, true, 0.001), Offset::stays);
+    EXPECT_EQ(it.step(true, true, 0.001), Offset::as_applied);
 }
 
-TEST(HomedWatch, AStageHasReleasedItAfterASecondAndAnExtraJointWhereItIsMoved) {
-    HomedWatch stage, joint;
-    for (int i = 0; i < 1000; ++i) {
-        stage.step({false, false, true, true, 0}, 0.001);
-        ASSERT_EQ(joint.step({false, false, false, true, 0.5}, 0.001), Offset::stays);
-    }
-    EXPECT_EQ(stage.step({false, false, true, true, 0}, 0.001), Offset::none);
-    EXPECT_EQ(joint.step({false, false, false, true, 0.52}, 0.001), Offset::none)
-        << "0.02 farther than it was";
-}
-
-TEST(HomedWatch, AStageThatHoldsTheOffsetKeepsIt) {
+TEST(HomedWatch, AStageThatRampsItDownHasTakenItAwayAfterASecond) {
     HomedWatch it;
-    for (int i = 0; i < 3000; ++i) ASSERT_EQ(it.step({false, true, true, true, 5}, 0.001), Offset::stays);
-    EXPECT_EQ(it.step({true, true, true, true, 5}, 0.001), Offset::as_applied);
+    for (int i = 0; i < 999; ++i) ASSERT_EQ(it.step(false, true, 0.001), Offset::stays);
+    for (int i = 0; i < 3; ++i) it.step(false, true, 0.001);
+    EXPECT_EQ(it.step(false, true, 0.001), Offset::none);
+}
+
+TEST(HomedWatch, WhereNoStageRampsItDownItStays) {
+    HomedWatch it;
+    for (int i = 0; i < 3000; ++i) ASSERT_EQ(it.step(false, false, 0.001), Offset::stays);
+    EXPECT_EQ(it.step(true, false, 0.001), Offset::as_applied);
 }
 
 }  // namespace

@@ -295,7 +295,13 @@ TEST(ChoppingStatus, StrokesHeldAwayAndAtRestAreFour) {
     rests.on = rests.homed = rests.permitted = true;
     std::set<S> found = expect_in_order<ChoppingSeen, S>(
         strokes,
-        {{"held", [](auto& its) { its.held = its.hold_ordered = true; }, S::held, Kind::warn},
+        {{"the encoder has failed", [](auto& its) { its.place_known = false; }, S::place_lost, Kind::bad},
+         {"held",
+          [](auto& its) {
+              its.place_known = true;
+              its.held = its.hold_ordered = true;
+          },
+          S::held, Kind::warn},
          {"held by the speed",
           [](auto& its) {
               its.held = its.speed_zero = true;
@@ -312,7 +318,13 @@ TEST(ChoppingStatus, StrokesHeldAwayAndAtRestAreFour) {
          {"nothing", [](auto&) {}, S::strokes, Kind::good}});
     found.merge(expect_in_order<ChoppingSeen, S>(
         rests,
-        {{"a fault away from R", [](auto& its) { its.away = its.fault = true; }, S::stopped, Kind::bad},
+        {{"the encoder has failed", [](auto& its) { its.place_known = false; }, S::place_lost, Kind::bad},
+         {"a fault away from R",
+          [](auto& its) {
+              its.place_known = true;
+              its.away = its.fault = true;
+          },
+          S::stopped, Kind::bad},
          {"off and away from R",
           [](auto& its) {
               its.away = true;

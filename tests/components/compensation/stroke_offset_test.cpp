@@ -18,7 +18,7 @@ struct StrokeOffsetTest : testing::Test {
     StrokeOffset::Period now;
 
     StrokeOffsetTest() {
-        now.on = now.joint.homed = true;
+        now.on = now.homed = true;
         allow(100);
     }
     void allow(double most) { it.allow({most, 500, 10000}, now.moves, 1000, dt); }
@@ -73,6 +73,17 @@ TEST_F(StrokeOffsetTest, FrozenItStaysAndReleasedItIsGone) {
     EXPECT_EQ(it.value(), 0);
 }
 
+TEST_F(StrokeOffsetTest, WhereTheAxisWasMovedItStaysAlsoBeyondItsBound) {
+    allow(100);
+    it.put(130);
+    EXPECT_EQ(it.value(), 130);
+    run(1);
+    EXPECT_EQ(it.value(), 130);
+    EXPECT_EQ(it.rest(), 130);
+    move_to(20);
+    EXPECT_NEAR(it.value(), 20, 1e-9) << "and comes back";
+}
+
 TEST_F(StrokeOffsetTest, ABoundThatHasStoppedItDoesNotMoveItLater) {
     allow(20);
     move_to(-30);
@@ -101,11 +112,11 @@ TEST_F(StrokeOffsetTest, FollowsAMotionAtItsLargestRateExactly) {
 
 TEST_F(StrokeOffsetTest, AStageThatHasTakenItAwayLeavesNothingToReturn) {
     move_to(-30);
-    now.joint.stage = true;
-    now.joint.homed = false;
+    now.ramps = true;
+    now.homed = false;
     run(2);
     EXPECT_EQ(it.value(), 0);
-    now.joint.homed = true;
+    now.homed = true;
     run(1);
     EXPECT_EQ(it.value(), 0);
 }

@@ -80,13 +80,13 @@ struct StrokeRelease : testing::Test {
     }
 
     // LinuxCNC shows where the wheel is, but for the correction, and nothing has an offset in force.
-    void expect_truth() {
+    void expect_truth(int fault = 0) {
         EXPECT_NEAR(get("motion.command"), get("drive.out") - get("z-stage.applied-offset"), 1 * nm);
         EXPECT_LE(std::abs(get("z-stage.applied-offset")), 0.021);
         EXPECT_EQ(get("chop.offset"), 0);
         EXPECT_EQ(get("chop.at-end"), 1);
         EXPECT_EQ(get("z-stage.fault-code"), 0);
-        EXPECT_EQ(get("chop.fault-code"), 0);
+        EXPECT_EQ(get("chop.fault-code"), fault);
     }
 
     // Turns the machine on, where the program wants the axis to be where it is.
@@ -144,8 +144,8 @@ TEST_F(StrokeRelease, ALostHomedMovesNothingOnEitherWayIn) {
         homed(1);
         bench.run(0.3);
         if (order != 1) homed(0);
-        if (order == 0) {  // the machine is on: the offset is held, and told
-            bench.run(0.05);
+        if (order == 0) {  // the machine is on: the stroke brakes, its offset is held, and that is told
+            bench.run(1);
             const double held = get("drive.out");
             for (const double each : bench.trace(3, {"drive.out"}).column("drive.out"))
                 ASSERT_NEAR(each, held, 0.1 * um);
@@ -158,7 +158,7 @@ TEST_F(StrokeRelease, ALostHomedMovesNothingOnEitherWayIn) {
         const double stood = get("drive.out");
         bench.run(1);
         EXPECT_NEAR(get("drive.out"), stood, 21 * um) << "the correction is released";
-        expect_truth();
+        expect_truth(order == 0 ? 25 : 0);
         EXPECT_EQ(get("z-stage.inhibit-homing"), 0) << "LinuxCNC may home";
         turn_on();
         homed(1);
@@ -170,20 +170,27 @@ TEST_F(StrokeRelease, ALostHomedMovesNothingOnEitherWayIn) {
     }
 }
 
-TEST_F(StrokeRelease, AHomedThatIsLostForAMomentWhileOnMovesNothing) {
+TEST_F(StrokeRelease, AHomedThatIsLostForAMomentBrakesTheStrokeAndHolds) {
+    bench.command("loadrt ddt names=speed,growth");
+    for (const char* line : {"net to-drive speed.in", "net v speed.out growth.in", "addf speed servo-thread",
+                             "addf growth servo-thread"})
+        bench.command(line);
     start();
     bench.command("unlinkp z-stage.homed");
     bench.command("unlinkp chop.homed");
+    bench.expect("abs(a) <= 1010", {{"a", "growth.out"}});
     for (const int value : {0, 1}) {
         set("z-stage.homed", value);
         set("chop.homed", value);
-        bench.run(0.05);
+        bench.run(1);
         const double stood = get("drive.out");
         for (const double each : bench.trace(1.5, {"drive.out"}).column("drive.out"))
             ASSERT_NEAR(each, stood, 0.1 * um);
+        EXPECT_EQ(get("z-stage.fault-code"), value ? 0 : 9);
+        EXPECT_EQ(get("chop.fault-code"), 25);
     }
-    EXPECT_LT(get("chop.offset"), -1);
-    EXPECT_EQ(get("z-stage.fault-code"), 0);
+    EXPECT_LT(get("chop.offset"), -8);
+    EXPECT_GE(get("chop.offset"), -38);
 }
 
 TEST_F(StrokeRelease, AStageThatIsHeldByInterlockReleasesWhatItApplies) {
