@@ -54,9 +54,12 @@ class ChangeLog:
         if size < self._read_to:
             self._read_to, self._changes = 0, []
         if size > self._read_to:
-            with open(self.path, "rb") as file:
-                file.seek(self._read_to)
-                added = file.read()
+            try:
+                with open_own(self.path, "rb") as file:
+                    file.seek(self._read_to)
+                    added = file.read()
+            except OSError:  # of another user, or a link
+                return self._changes + self._unwritten
             whole = added[: added.rfind(b"\n") + 1]
             self._read_to += len(whole)
             for line in whole.splitlines():

@@ -413,7 +413,9 @@ class Unwritable(WithHost):
             with self.subTest(blocked):
                 self.host.command("setp interlock.0.function-switch-0 1")
                 os.mkdir(os.path.join(self.folder, blocked))  # as one of root, also for root
-                done = self.screen().switch_off([self.off()[0]._replace(seen=False)])
+                screen = self.screen()
+                done = screen.switch_off([self.off()[0]._replace(seen=False)])
+                self.assertEqual(screen.log.all()[-1].new, "0")
                 self.assertFalse(self.hal.get("interlock.0.function-switch-0"))
                 self.assertEqual(done.values, [False])
                 if not blocked.endswith("lock"):

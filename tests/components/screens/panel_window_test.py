@@ -127,6 +127,7 @@ class Window(unittest.TestCase):
         finger.await_text('This screen has the access "view"')
         self.assertTrue(self.host.get("chop.feed-hold"))
         self.host.command("setp chop.feed-hold 0")
+        finger.rest()
         finger.press("Stop strokes")
         finger.until(lambda: not self.host.get("chop.active"), "the stop")
         finger.press("Switch on / off")
@@ -244,7 +245,7 @@ class Window(unittest.TestCase):
         finger.press("Move the axis")
         finger.await_text("The question has changed. Move the axis to point R? It moves: the stroking axis \u221230 mm.")
         self.assertEqual(self.answers(), set())
-        finger.press("Move the axis")
+        finger.press_answer("Move the axis")
         finger.until(lambda: self.answers() == {given}, "the order")
 
     def test_growth_without_a_contact_is_unknown(self):
@@ -763,7 +764,7 @@ class Window(unittest.TestCase):
         finger.press("Overview")
         finger.await_text("The load is lost")
         finger.await_text("No valid value: modbus-sensor.spindle-load.")
-        finger.await_text("x-stage: A fault is active. " + plumb.declarations("joint_offset")["codes"]["fault-code"][5])
+        finger.await_text("x-stage: A fault is active. A limit is not set or out of range: min-limit (0 mm) below max-limit (0 mm) ")
         finger.await_text("y-stage is not called: no thread runs its function update.")
 
     def test_no_text_promises_retain_where_there_is_none(self):
