@@ -140,7 +140,7 @@ constexpr Said said(Common status) {
             return {Kind::wait, "An axis lacks its offset.", "It gets it when the next cycle begins."};
         case Common::stage_limited:
             return {Kind::warn, "A limit of a stage prevents the full offset of its axis.",
-                    "Move the axis away from its soft limit, or raise max-offset of the stage."};
+                    "Move the axis away from its soft limit, or raise the largest offset of the stage."};
         case Common::uncommissioned:
             return {Kind::warn, "Held: it waits for commissioning, or its wiring has changed since.",
                     "Run plumb commission for this function, or open the page Commissioning."};

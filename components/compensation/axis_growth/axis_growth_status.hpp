@@ -34,8 +34,9 @@ constexpr hal::Said said(AxisGrowthStatus status) {
             return {Kind::warn, "The growth may be wrong.", "Check the sensors and the law.", "",
                     "doubt-code"};
         case AxisGrowthStatus::bounded:
-            return {Kind::warn, "The growth of an axis exceeds max-offset, and is not corrected in full.",
-                    "Check the sensors, or raise max-offset."};
+            return {Kind::warn,
+                    "The growth of an axis exceeds the largest offset, and is not corrected in full.",
+                    "Check the sensors, or raise the largest offset."};
         case AxisGrowthStatus::ramping:
             return {Kind::wait, "The axes move to their offsets.", "Wait for the end of the move."};
         default: return hal::said(static_cast<hal::Common>(status));

@@ -58,25 +58,23 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::asks:
             return {Kind::warn,
                     "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                    "If work, zero, tool or drive have changed, it is not growth (shift-is-not-growth); else "
-                    "it is "
-                    "growth (shift-is-growth).",
+                    "If work, zero, tool or drive have changed, it is not growth; else it is. Answer on the "
+                    "panel, or by growth_answer.",
                     "", "doubt-code"};
         case S::asks_origin:
             return {Kind::warn, "The work offset or a tool length has changed without a reason.",
-                    "Give the reason: a new zero (change-is-zero), growth corrected by hand "
-                    "(change-is-growth), or "
-                    "another depth (change-is-depth).",
+                    "Give the reason: a new zero, growth corrected by hand, or another depth. Answer on the "
+                    "panel, or by growth_answer.",
                     "", "doubt-code"};
         case S::dry_run:
-            return {Kind::off, "Dry run: the growth is measured, and Z is not moved.",
-                    "End the dry run when the growth is plausible.", "dry-run"};
+            return {Kind::off, "Measure only: the growth is measured, and Z is not moved.",
+                    "Let it correct when the growth is plausible.", "dry-run"};
         case S::no_contact:
             return {Kind::wait, "Waits for the first contact: the growth is not known yet.",
                     "The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."};
         case S::bounded:
-            return {Kind::warn, "The growth exceeds max-offset: Z is corrected in part.",
-                    "Check the contacts, or raise max-offset."};
+            return {Kind::warn, "The growth exceeds the largest offset: Z is corrected in part.",
+                    "Check the contacts, or raise the largest offset."};
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }

@@ -36,6 +36,7 @@ class Panel:
     def __init__(self, options, ini, declared):
         self.options, self.ini, self.declared = options, ini, declared
         self.access = access.Access(options.access or ini.get("PLUMB", "ACCESS", "operator"))
+        texts.PIN_NAMES[0] = self.access.level == "integrator"
         texts.MACHINE_UNIT[0] = "in" if ini.get("TRAJ", "LINEAR_UNITS").lower() in ("in", "inch", "imperial") else "mm"
         folder = ini.folder or os.environ.get("XDG_RUNTIME_DIR") or os.path.expanduser("~")
         self.hal, self.task, self.values, self.machine, self._names, self._nets, self._looks = None, None, {}, None, None, {}, 0

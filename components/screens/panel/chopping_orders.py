@@ -47,9 +47,9 @@ def refusal(instance, values, stroke):
             return _("{place} is outside of the soft limits, {lowest} to {highest}.").format(
                 place=with_unit(place, "mu"), lowest=with_unit(lowest, "mu"), highest=with_unit(highest, "mu"))
     if get("by-centre", False):
-        return _("The pin by-centre is true, so dead points have no effect.")
+        return _("Centre and length give the strokes here, so dead points have no effect.")
     if get("speed-kind", 0) > 1:
-        return _("The pin speed-kind is above 1, so the speed has no effect.")
+        return _("A frequency or a cycle time gives the strokes here, so the speed has no effect.")
     return ""
 
 

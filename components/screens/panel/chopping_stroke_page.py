@@ -184,7 +184,7 @@ class SectionPage(EntryPage):
         instance = self.page.instance
         missing = next((self._name(part) for part, _text in parts if self._name(part) not in instance.settings()), "")
         if missing:
-            self.panel.say(_("{pin} has a signal: change it where the signal comes from.").format(pin=instance.full(missing)), "warn")
+            self.panel.say(_("A signal drives {setting}: change it where the signal comes from.").format(setting=self.title), "warn")
             return
         question = _("{action}? The strokes change from the next one on.").format(action=action) if self.page.get(self.panel.values, "stroking") else ""
         self.panel.guard.change([Write(instance, self._name(part), text, self._seen[part]) for part, text in parts], action,

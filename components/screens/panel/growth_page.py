@@ -43,7 +43,7 @@ class GrowthPage(FunctionPage):
     def buttons(self):
         its = [self.remedy("learn", button(_("Learn from the next part"), self._learn))]
         if "dry-run" in self.instance.settings():
-            its.append(self.remedy("dry-run", button(_("Dry run on / off"), self._dry_run)))
+            its.append(self.remedy("dry-run", button(_("Measure only on / off"), self._dry_run)))
         its.append(button(_("Take the offset back"), self._take_back))
         if "acknowledge" in self.instance.settings():
             its.append(self.remedy("acknowledge", button(_("Acknowledge"), self._acknowledge)))
@@ -120,8 +120,8 @@ class GrowthPage(FunctionPage):
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))
-        text = _("End the dry run? Z follows the growth from now on.") if on else _("Begin a dry run?")
-        self.panel.guard.change([Write(self.instance, "dry-run", "0" if on else "1")], _("End the dry run") if on else _("Dry run"), why="switch",
+        text = _("Correct from now on? Z follows the growth.") if on else _("Measure only, and move Z no more?")
+        self.panel.guard.change([Write(self.instance, "dry-run", "0" if on else "1")], _("Correct") if on else _("Measure only"), why="switch",
                                 needed="operator", question=text, must_be_on=bool(on))
 
     def _take_back(self):

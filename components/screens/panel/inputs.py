@@ -7,7 +7,7 @@ import statistics
 
 from gi.repository import Gtk
 
-from panel import style as styles
+from panel import style as styles, texts
 from panel.texts import _, number, seconds, with_unit
 from panel.widgets import card, column, grow, label, named, row, set_text
 
@@ -23,8 +23,9 @@ class LiveInputs(Gtk.Box):
             if short not in instance.pins:
                 continue
             value, state = label("", "value", wrap=False), label("", "soft")
-            words = label(_(instance.declared.pin(short).get("sentence", "")), "soft")
-            lines.pack_start(row(grow(column(label(short), words, spacing=0)), state, value), False, False, 0)
+            words = [label(_(instance.declared.pin(short).get("sentence", "")), "soft")]
+            name = [label(short)] if texts.PIN_NAMES[0] else []
+            lines.pack_start(row(grow(column(*name, *words, spacing=0)), state, value), False, False, 0)
             self._lines[short] = value, state
         self.pack_start(card(label(_("Inputs now"), "value"), lines), True, True, 0)
 

@@ -3,6 +3,8 @@
 
 import collections
 
+from panel import naming
+
 Channel = collections.namedtuple("Channel", "name module pins")
 Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
 
@@ -30,8 +32,8 @@ class Instance:
         return values.get(self.name + "." + short, otherwise)
 
     def sentence(self, values, short):
-        """The sentence of a code pin now."""
-        return self.declared.sentence(short, self.value(values, short, 0))
+        """The sentence of a code pin now, in words, with the values of the settings that it names."""
+        return naming.named(self, values, self.declared.sentence(short, self.value(values, short, 0)))
 
     def signature(self):
         return self.declared.name, tuple((short, pin.signal) for short, pin in self.pins.items())

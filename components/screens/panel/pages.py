@@ -104,14 +104,14 @@ def state_of(instance, values):
     if not any(pin.name in values for pin in instance.pins.values()):
         return "bad", _("{name} is not loaded any more.").format(name=instance.name)
     if instance.value(values, "fault"):
-        return "bad", status.named(instance, values, instance.sentence(values, "fault-code")) or _("A fault is active.")
+        return "bad", instance.sentence(values, "fault-code") or _("A fault is active.")
     for short, pin in instance.pins.items():
         value = values.get(pin.name)
         if isinstance(value, float) and value != value:
             return "warn", _("{pin} is not a number.").format(pin=pin.name)
     for short in instance.declared.codes:
         if short != "fault-code" and not short.startswith("state") and instance.value(values, short[: -len("-code")]):
-            return "warn", status.named(instance, values, instance.sentence(values, short))
+            return "warn", instance.sentence(values, short)
     return "good", _("No fault.")
 
 

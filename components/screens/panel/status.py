@@ -3,7 +3,6 @@
 
 import collections
 import math
-import re
 
 from panel.texts import _, in_micrometres, with_unit
 
@@ -37,39 +36,12 @@ def _detail(instance, values, short):
     """The sentence of a code, or a quantity; '' without one."""
     now = instance.value(values, short)
     if short in instance.declared.codes:
-        return named(instance, values, instance.sentence(values, short))
+        return instance.sentence(values, short)
     if now is None or (isinstance(now, float) and not math.isfinite(now)):
         return ""
     unit = instance.declared.pin(short).get("unit", "")
     shown = in_micrometres(float(now)).lstrip("+") if short in SMALL else with_unit(round(now, 4), unit)
     return "%s: %s." % (_(QUANTITIES.get(short, short)), shown)
-
-
-def named(instance, values, sentence):
-    """A sentence of a component in words, and each setting that is out of its range with its limit; if none is, those that the sentence
-    names have their values."""
-    def with_value(match):
-        value = instance.value(values, match[0])
-        if match[0] not in instance.pins or value is None or instance.pins[match[0]].output:
-            return match[0]
-        return "%s (%s)" % (match[0], with_unit(value, instance.declared.pin(match[0]).get("unit", "")))
-
-    beyond = out_of_range(instance, values) if sentence else []
-    return " ".join([_(sentence), *beyond]) if beyond else re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", with_value, _(sentence))
-
-
-def out_of_range(instance, values):
-    """Sentences about the settings that are beyond their declared limits."""
-    found = []
-    for short, pin in instance.pins.items():
-        limits, value = instance.declared.pin(short), instance.value(values, short)
-        if pin.output or value is None or isinstance(value, bool):
-            continue
-        for key, which, beyond in (("minimum", _("at least"), lambda limit, value: not value >= limit), ("maximum", _("at most"), lambda limit, value: not value <= limit)):
-            if key in limits and beyond(limits[key], value):
-                found.append(_("{pin}: {value} is out of range: {which} {limit}.").format(
-                    pin=pin.name, value=with_unit(value, limits.get("unit", "")), which=which, limit=with_unit(limits[key], limits.get("unit", ""))))
-    return found
 
 
 def program_state(values):

@@ -52,6 +52,7 @@ def unit_name(unit):
 
 
 MACHINE_UNIT = ["mm"]
+PIN_NAMES = [True]  # false: sentences have none, for an operator
 VERSION = [""]  # of Plumb
 
 

@@ -32,7 +32,7 @@ constexpr hal::Said said(AxisOffsetStatus status) {
             return {Kind::wait, "The axis lacks its offset.", "It gets it when the next cycle begins."};
         case AxisOffsetStatus::limited:
             return {Kind::warn, "The axis does not have all of its offset.",
-                    "Move the axis away from its soft limit, or raise max-offset."};
+                    "Move the axis away from its soft limit, or raise the largest offset."};
         case AxisOffsetStatus::ramping:
             return {Kind::wait, "The axis moves to its offset.", "Wait for the end of the move."};
         case AxisOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};

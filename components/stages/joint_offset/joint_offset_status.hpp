@@ -16,7 +16,7 @@ constexpr hal::Said said(JointOffsetStatus status) {
         case JointOffsetStatus::applies: return {Kind::good, "The joint has the offset of its sources."};
         case JointOffsetStatus::limited:
             return {Kind::warn, "The joint does not have all of its offset.",
-                    "Move the joint away from its soft limit, or raise max-offset or max-rate."};
+                    "Move the joint away from its soft limit, or raise its largest offset or rate."};
         case JointOffsetStatus::ramping:
             return {Kind::wait, "The joint moves to its offset.", "Wait for the end of the move."};
         case JointOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};

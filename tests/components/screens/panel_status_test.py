@@ -2,6 +2,7 @@
 """What plumb-panel says of each function, and of the moves of a write, against the real components on the virtual-time host."""
 
 import os
+import re
 import stat
 import sys
 import types
@@ -379,6 +380,34 @@ class Named(Machinery):
         self.assertTrue(self.status("growth").text.endswith("growth.max-rate: 2 mm/s is out of range: at most 1 mm/s."), self.status("growth").text)
 
 
+class ForOperators(unittest.TestCase):
+    """No sentence that an operator reads has the name of a pin: a status and its remedy for all, and codes at this access."""
+
+    def names(self, declared, text):
+        return [word for word in re.findall(r"[a-z]+(?:-[a-z0-9]+)+", text) if word in declared.pins]
+
+    def test_no_status_and_no_remedy_names_a_pin(self):
+        for declared in DECLARED.values():
+            for its in declared.statuses.values():
+                self.assertEqual(self.names(declared, its["sentence"] + its["remedy"]), [], declared.name)
+
+    def test_codes_have_words_for_an_operator_and_names_for_an_integrator(self):
+        count = 0
+        for declared in DECLARED.values():
+            instance = machine.Instance("its", declared, {short: Pin("its." + short, "its", each["type"], each["output"], 0, "")
+                                                          for short, each in declared.pins.items()})
+            for pin, sentences in declared.codes.items():
+                for code, sentence in sentences.items():
+                    for values in ({"its." + pin: code}, {"its." + pin: code, **{"its." + short: -1e9 for short in declared.pins if short != pin}}):
+                        texts.PIN_NAMES[0] = True
+                        self.assertEqual(set(self.names(declared, sentence)) - set(self.names(declared, instance.sentence(values, pin))), set())
+                        texts.PIN_NAMES[0] = False
+                        self.addCleanup(texts.PIN_NAMES.__setitem__, 0, True)
+                        self.assertEqual(self.names(declared, instance.sentence(values, pin)), [])
+                        count += bool(self.names(declared, sentence))
+        self.assertGreater(count, 50)
+
+
 class Misloaded(Machinery):
     LINES = ("loadrt axis_offset names=z-stage,y-stage interlock=no unit=mm,inch", "loadrt thermal_displacement names=growth,other", "setp growth.max-offset 0.01",
              "setp other.max-offset 0.01", "net growth-on interlock.function-enable-0 => growth.enable")
@@ -421,7 +450,7 @@ class Growth(Machinery):
         self.do("setp growth.program-id 7", "setp growth.tool-set-id 3", "setp growth.cycle-running 1")
         self.assert_status("growth", "wait", "Waits for the first contact: the growth is not known yet.")
         self.do("setp growth.dry-run 1")
-        self.assert_status("growth", "off", "Dry run: the growth is measured, and Z is not moved.")
+        self.assert_status("growth", "off", "Measure only: the growth is measured, and Z is not moved.")
         self.do("setp interlock.motion-enabled 0")
         self.assert_status("growth", "wait", "The machine is off.")
 

@@ -248,6 +248,16 @@ class Window(unittest.TestCase):
         finger.press_answer("Move the axis")
         finger.until(lambda: self.answers() == {given}, "the order")
 
+    def test_an_operator_reads_measure_only_and_no_pin_names(self):
+        for access, named in (("operator", False), ("integrator", True)):
+            finger = self.panel("--access", access, name=access)
+            finger.press("Growth of Z")
+            finger.await_text("Load of the spindle or Z motor")
+            finger.until(lambda finger=finger: finger.find("Measure only on / off"), "the button")
+            self.assertEqual(bool(finger.find_text("z-position")), named)
+            self.assertFalse(finger.find_text("ry run"))
+            finger.end()
+
     def test_growth_without_a_contact_is_unknown(self):
         finger = self.panel_with({"growth.growth-known": False})
         finger.press("Growth of Z")

@@ -64,7 +64,7 @@ class Place(Step):
 
 
 class Touch(OnTrial):
-    """A dry run, for which nobody needs to press: the function compares, and moves nothing."""
+    """Nobody needs to press: the function measures only, and moves nothing."""
 
     holds, watches, measures = False, True, True
     minutes = 4
@@ -74,7 +74,7 @@ class Touch(OnTrial):
         self.title = _("Touch of a block")
         self.look = _("Clamp a block of soft material. With the spindle turning, lower the tool onto it by hand feed or slowly in MDI, until it just cuts, and "
                       "retract. The function counts this contact, and moves nothing.")
-        self.back = _("Retract Z. Nothing is applied: the function is in its dry run.")
+        self.back = _("Retract Z. Nothing is applied: the function measures only.")
         self.picture = ("touch", "Z")
 
     def begin(self):

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Sentences of components that name their settings, with the values. Without a screen."""
+
+import re
+
+from panel import texts
+from panel.texts import _, with_unit
+
+
+def named(instance, values, sentence):
+    """A sentence of a component in words. A setting that is out of its range is added with its limit; if none is, the settings that the
+    sentence names have their values. An operator reads words instead of the names of pins."""
+    beyond = out_of_range(instance, values) if sentence else []
+
+    def in_words(match):
+        short, value = match[0], instance.value(values, match[0])
+        if short not in instance.declared.pins:
+            return short
+        is_setting = value is not None and not instance.declared.pin(short).get("output")
+        return _name(short) + (" (%s)" % with_unit(value, instance.declared.pin(short).get("unit", "")) if is_setting and not beyond else "")
+
+    return " ".join([re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", in_words, _(sentence)), *beyond])
+
+
+def _name(short):
+    return short if texts.PIN_NAMES[0] else short.replace("-", " ")
+
+
+def out_of_range(instance, values):
+    """Sentences about the settings that are beyond their declared limits."""
+    found = []
+    for short, pin in instance.pins.items():
+        limits, value = instance.declared.pin(short), instance.value(values, short)
+        if pin.output or value is None or isinstance(value, bool):
+            continue
+        for key, which, sign in (("minimum", _("at least"), 1), ("maximum", _("at most"), -1)):
+            if key in limits and not sign * value >= sign * limits[key]:
+                unit = limits.get("unit", "")
+                name = pin.name if texts.PIN_NAMES[0] else _name(short)
+                found.append(_("{pin}: {value} is out of range: {which} {limit}.").format(
+                    pin=name, value=with_unit(value, unit), which=which, limit=with_unit(limits[key], unit)))
+    return found
