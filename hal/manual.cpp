@@ -266,6 +266,8 @@ std::string declarations(const Model& model) {
     for (const auto& offset : declared.offsets) {
         nlohmann::ordered_json& entry = result["moves"][offset.counts.empty() ? offset.value : offset.counts];
         entry = {{"bound", offset.bound}, {"rate", offset.rate}, {"limited", offset.limited}};
+        if (!offset.follows_while.empty()) entry["follows_while"] = offset.follows_while;
+        if (offset.at_next_cycle) entry["at_next_cycle"] = true;
         if (offset.acceleration.empty()) {
             entry["accelerated_by"] = offset.accelerated_by;
         } else {
@@ -276,6 +278,7 @@ std::string declarations(const Model& model) {
             entry["turning"] = {{"rate", offset.turning_rate}, {"acceleration", offset.turning_acceleration}};
     }
     for (const auto& pin : declared.turning) result["pins"][pin]["turns"] = true;
+    for (const auto& [pin, effect] : declared.effects) result["pins"][pin]["effect"] = effect;
     for (const auto& option : declared.options) result["options"][option.name] = option.doc;
     for (const auto* function : declared.functions) {
         nlohmann::ordered_json& entry = result["functions"][function->name];

@@ -30,6 +30,7 @@ public:
     void add(const CodesInfo& info) override { codes.push_back(info); }
     void add(const StatusInfo& info) override { statuses.push_back(info); }
     void add(const TurningInfo& info) override { turning.push_back(info.pin); }
+    void add(const EffectInfo& info) override { effects.push_back(info); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
@@ -38,6 +39,7 @@ public:
     std::vector<CodesInfo> codes;
     std::vector<StatusInfo> statuses;  // one, of a function or a stage
     std::vector<std::string> turning;
+    std::vector<EffectInfo> effects;
 
 private:
     std::deque<double> cells_;

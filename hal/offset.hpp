@@ -66,6 +66,14 @@ public:
         return *this;
     }
 
+    // Without this output it neither follows nor returns when it is switched off. Optional.
+    MovingPin& follows_while(const Out<bool>& pin) { return set(info_.follows_while, pin.name()); }
+    // Switched on, it follows when the next cycle of the program begins. Optional.
+    MovingPin& at_next_cycle() {
+        info_.at_next_cycle = true;
+        return *this;
+    }
+
     // This output shows the part of the offset that is another user's of the axis: bound and rate hold for
     // the rest. Optional.
     MovingPin& guest(const Out<double>& part) { return set(info_.guest, part.name()); }

@@ -55,6 +55,8 @@ struct OffsetInfo {
     double slope = 0;                 // by so much at most
     std::string driven, homed;        // inputs: false, or a rise, lets it be where its axis is
     std::string turning_rate, turning_acceleration;  // where a turn of motion changes it besides
+    std::string follows_while;                       // an output without which it neither follows nor returns
+    bool at_next_cycle = false;                      // it begins to follow when a cycle of the program begins
 };
 
 // ... and about a pin that holds a code: its sentences, by number.
@@ -68,6 +70,12 @@ struct TurningInfo {
     std::string pin;  // without the instance's name
 };
 
+// ... and about an input whose write moves an axis, or must not come in a cycle (see hal/effect.hpp).
+struct EffectInfo {
+    std::string pin;     // without the instance's name
+    const char* effect;  // its name
+};
+
 struct StatusInfo;  // hal/status_pins.hpp
 
 class Registrar {
@@ -79,6 +87,7 @@ public:
     virtual void add(const CodesInfo&) {}
     virtual void add(const StatusInfo&) {}
     virtual void add(const TurningInfo&) {}
+    virtual void add(const EffectInfo&) {}
     virtual std::string instance() const { return ""; }  // its name; "" where there is none, as in a manual
     virtual double millimetres() const noexcept { return 1; }  // in a machine unit: hal/length_unit.hpp
 

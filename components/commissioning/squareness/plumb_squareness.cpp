@@ -15,6 +15,7 @@
 #include "components/commissioning/picture_file.hpp"
 #include "components/commissioning/squareness/machine_drawing.hpp"
 #include "components/commissioning/squareness/squareness_advice.hpp"
+#include "components/commissioning/squareness/squareness_corrections.hpp"
 #include "components/commissioning/squareness/squareness_document.hpp"
 #include "components/commissioning/squareness/squareness_state.hpp"
 #include "components/commissioning/squareness/squareness_wording.hpp"
@@ -255,12 +256,13 @@ void draw(const SquarenessOptions& options, const TiltedMachine& machine, const 
 }
 
 // "-" is the standard input. Throws std::runtime_error with the file, the place and the reason.
+std::string text_of(const std::string& input) {
+    if (input == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+    return hal::RegularFile(input, O_RDONLY).read();
+}
+
 SquarenessOptions read_input(const SquarenessOptions& arguments) {
-    std::string text;
-    if (arguments.input == "-")
-        text.assign(std::istreambuf_iterator<char>(std::cin), {});
-    else
-        text = hal::RegularFile(arguments.input, O_RDONLY).read();
+    const std::string text = text_of(arguments.input);
     try {
         SquarenessOptions options = read_squareness_document(text);
         options.json = arguments.json;
@@ -276,6 +278,10 @@ SquarenessOptions read_input(const SquarenessOptions& arguments) {
 // Prints settings, the lines for the .hal file and the test moves. Returns 0. Throws std::runtime_error and
 // std::invalid_argument.
 int squareness(const SquarenessOptions& arguments) {
+    if (arguments.corrections) {
+        std::cout << squareness_corrections(text_of(arguments.input)) << '\n';
+        return 0;
+    }
     const SquarenessOptions options = arguments.input.empty() ? arguments : read_input(arguments);
     if (!options.tables.empty()) {
         if (options.seal)

@@ -490,6 +490,11 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
                         "A JSON document with the machine and all its leans and measurements, or an output "
                         "of --json; - is the standard input. It takes the place of the other options.")
             ->type_name("FILE");
+    command
+        .add_flag("--corrections", options.corrections,
+                  "Prints as JSON the corrections of the states that the input lists, for a screen.")
+        ->needs(input)
+        ->group("");
     command.add_flag("--json", options.json, "Prints the result as JSON, for other programs.");
     command
         .add_option(
@@ -598,7 +603,8 @@ void declare_squareness(CLI::App& command, SquarenessOptions& options) {
     for (CLI::Option* const other : command.get_options())
         if (other != input && !other->get_lnames().empty()) {
             const std::string& name = other->get_lnames().front();
-            if (name != "json" && name != "picture" && name != "instance" && name != "help")
+            if (name != "json" && name != "corrections" && name != "picture" && name != "instance" &&
+                name != "help")
                 input->excludes(other);
         }
     command.final_callback([arguments, &options] { take_squareness(given_by(*arguments), options); });

@@ -46,6 +46,7 @@ struct SquarenessOptions {
     std::string ini;                  // of LinuxCNC, which must not compensate the same axes
     bool seal = false;                // writes their seals
     bool json = false;                // for a screen
+    bool corrections = false;         // of the states of the input
     std::string input;                // a document that describes the machine in the place of options
     std::string picture;              // file to be drawn
     ViewDirections directions;

@@ -7,6 +7,7 @@
 #include "components/math/blocks/ramped_correction.hpp"
 #include "hal/codes.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/offset.hpp"
 #include "pages/axis_growth.page.hpp"
 
@@ -69,6 +70,9 @@ struct AxisGrowth final : hal::Component {
     hal::Status<AxisGrowthStatus> status{this};
 
     hal::Offset moves[3]{{this, moving(0)}, {this, moving(1)}, {this, moving(2)}};
+
+    hal::Effects applies{this, hal::Effect::applies, enable, all_homed};
+    hal::Effects at_once{this, hal::Effect::at_once, position, spindle_speed, max_offset};
 
     hal::Function run{this, "update", &AxisGrowth::update, hal::Place::source};
 

@@ -6,6 +6,7 @@
 #include "components/math/growth/growth_law.hpp"
 #include "hal/axes.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/turning.hpp"
 
 #include <Eigen/Core>
@@ -56,9 +57,11 @@ struct LawPins : hal::Group {
                   sigmas},
               slope{this,  "%-slope-" + number, 0.0, "1/K", "Growth of % by that rise, per mu of travel.",
                     slopes},
-              turning{this, growth, slope} {}
+              turning{this, growth, slope},
+              at_once{this, hal::Effect::at_once, growth, growth_sigma, slope} {}
         hal::Axes<hal::In<double>, 3> growth, growth_sigma, slope;
         hal::Turning turning;
+        hal::Effects at_once;
     };
 
     hal::In<std::int32_t> structure{
@@ -91,6 +94,9 @@ struct LawPins : hal::Group {
                                  times};
     hal::In<double> stopped_time{this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.",
                                  times};
+
+    hal::Effects at_once{this,     hal::Effect::at_once, structure, reference,       low,     high, pivot,
+                         by_speed, speed_sigma,          sigma,     reference_speed, exponent};
 
     void read(Settings& s, hal::SettingsReader& read) noexcept {
         s.law.structure = read(structure);
@@ -154,6 +160,7 @@ public:
 private:
     static constexpr std::size_t count = GrowthLaw::sensors;
     hal::Row<hal::In<double>, count> value_{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
+    hal::Effects at_once_{this, hal::Effect::at_once, value_};
     hal::Row<hal::In<bool>, count> valid_{this, "temperature-valid", true,
                                           "The sensor reports that it is valid."};
     hal::Row<hal::In<double>, count> age_{this, "temperature-age", 0.0, "s",

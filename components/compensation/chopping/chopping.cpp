@@ -8,6 +8,7 @@
 #include "components/compensation/chopping/stroking_axis.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/offset.hpp"
 #include "hal/records.hpp"
 #include "pages/chopping.page.hpp"
@@ -103,10 +104,15 @@ struct Chopping final : hal::Component {
 
     hal::Offset moves{this, hal::MovingPin(offset)
                                 .bound(settings.max_offset)
+                                .follows_while(stroke.active)
                                 .rate(settings.max_rate)
                                 .acceleration(settings.max_acceleration, StrokingAxis::guard_factor)
                                 .undriven(motion_enabled, homed)
                                 .limited(limited.active())};
+
+    hal::Effects applies{this, hal::Effect::applies, enable};
+    hal::Effects withholds{this, hal::Effect::withholds, go_to_end};
+    hal::Effects at_once{this, hal::Effect::at_once, run};
 
     hal::Function update_function{this, "update", &Chopping::update, hal::Place::source};
 

@@ -10,6 +10,7 @@
 #include "components/compensation/squareness/squareness_status.hpp"
 #include "components/math/blocks/edge.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/message.hpp"
 #include "hal/offset.hpp"
 #include "pages/squareness.page.hpp"
@@ -78,6 +79,9 @@ struct Squareness final : hal::Component {
     hal::Offset moves[6]{{this, moving(correction[0])}, {this, moving(correction[1])},
                          {this, moving(correction[2])}, {this, moving(correction[3])},
                          {this, moving(correction[4])}, {this, moving(correction[5])}};
+
+    hal::Effects applies{this, hal::Effect::applies, enable, all_homed};
+    hal::Effects at_once{this, hal::Effect::at_once, tool_offset, compensated.on_contour, reload};
 
     hal::Function run{this, "update", &Squareness::update, hal::Place::source};
 

@@ -3,6 +3,7 @@
 
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/turning.hpp"
 
 #include <Eigen/Core>
@@ -27,6 +28,7 @@ struct SquarenessAxis final : hal::Group {
     hal::In<double> eb0{this, "eb0%", 0, "rad", "EB0%: tilt of % about Y."};
     hal::In<double> ec0{this, "ec0%", 0, "rad", "EC0%: tilt of % about Z."};
     hal::Turning turning{this, ea0, eb0, ec0, tool_follows};
+    hal::Effects at_once{this, hal::Effect::at_once, position, pivot, tool_follows, ea0, eb0, ec0};
     hal::Out<double> ea0_in_use{this, "ea0%-in-use", "rad", "EA0% in force."};
     hal::Out<double> eb0_in_use{this, "eb0%-in-use", "rad", "EB0% in force."};
     hal::Out<double> ec0_in_use{this, "ec0%-in-use", "rad", "EC0% in force."};

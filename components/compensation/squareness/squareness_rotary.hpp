@@ -3,6 +3,7 @@
 
 #include "components/math/blocks/usable.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/turning.hpp"
 
 #include <Eigen/Core>
@@ -34,6 +35,8 @@ struct SquarenessRotary final : hal::Group {
     hal::In<double> eb0{this, "eb0%", 0, "rad", "EB0%: tilt of % about Y."};
     hal::In<double> ec0{this, "ec0%", 0, "rad", "EC0%: tilt of % about Z."};
     hal::Turning turning{this, reversed, ex0, ey0, ez0, ea0, eb0, ec0};
+    hal::Effects at_once{this, hal::Effect::at_once, position, reversed, x, y, z, ex0, ey0, ez0, ea0, eb0,
+                         ec0};
 
     struct Settings {
         bool reversed = false;

@@ -9,6 +9,7 @@
 #include "components/math/geometry/axis_chain.hpp"
 #include "components/math/geometry/tilted_branch.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 
 #include <Eigen/Core>
 
@@ -84,6 +85,18 @@ struct SquarenessSettings final : hal::Group {
                                           "mu/s2",
                                           "Maximum acceleration of the correction where an axis turns.",
                                           accelerations};
+
+    hal::Effects at_once{this,
+                         hal::Effect::at_once,
+                         axis_direction,
+                         to_bed,
+                         parallel_axis_corrects,
+                         radial_offset,
+                         radial_direction,
+                         radial_is_diameter,
+                         reference_tool_offset,
+                         max_angle,
+                         max_correction};
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;

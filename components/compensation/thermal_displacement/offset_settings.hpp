@@ -4,6 +4,7 @@
 #include "components/math/contact/displacement_law.hpp"
 #include "components/math/contact/growth_offset.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +56,8 @@ struct OffsetSettings : hal::Group {
         times};
     hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way.", lengths};
     hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset.", rates};
+    hal::Effects next_cycle{this,      hal::Effect::next_cycle, verify,    verify_step, constant_in_part,
+                            tolerance, time_tolerance,          max_offset};
 };
 
 }  // namespace plumb

@@ -14,6 +14,7 @@
 #include "components/math/contact/growth_by_contact.hpp"
 #include "components/math/contact/growth_offset.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/offset.hpp"
 #include "pages/thermal_displacement.page.hpp"
 
@@ -79,7 +80,11 @@ struct ThermalDisplacement final : hal::Component {
             .bound(offset_settings.max_offset)
             .rate(offset_settings.max_rate)
             .accelerated_by("The stage limits its acceleration; axis_offset(9) leaves that to LinuxCNC.")
-            .limited(limited)};
+            .limited(limited)
+            .at_next_cycle()};
+
+    hal::Effects applies{this, hal::Effect::applies, machine.enable};
+    hal::Effects withholds{this, hal::Effect::withholds, offset_settings.dry_run, machine.learn};
 
     hal::Function run{this, "update", &ThermalDisplacement::update, hal::Place::source,
                       "After all its inputs."};

@@ -1,67 +1,42 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far a write moves the axes, before it is written. Without a screen.
+"""How far a write moves the axes, before it is written, by the effects that the components declare (hal/effect.hpp). Without a screen.
 
 An effect has a Move for each axis that moves at once; without one the write moves nothing.
 """
 
 import collections
-import math
 
 from panel import squareness_program as program, texts
+from panel.machine import is_on
 from panel.settings import parsed
-from panel.squareness_state import ANGLE, corrections
 from panel.texts import _, in_micrometres, with_unit
 
 Move = collections.namedtuple("Move", "axis by exact")
 Move.__doc__ = "by is in machine units; if it is not exact, it is the largest distance either way."
 
+AT_ONCE, NEXT_CYCLE, IN_NO_CYCLE = "at once", "at the next cycle", "refused while a cycle runs"
+APPLIES, WITHHOLDS = "applies", "withholds"  # which of the two states returns the offset
 ANNOUNCED = 0.001  # mm by which a move may differ from the announced one
 LONG = 1  # mu, that is not shown in micrometres
 SMALLEST = 5e-8  # mu, that counts as a move
 
-# Settings of functions that move no axis when they are written: they act on contacts to come, or on rates and messages.
-STILL = {
-    "thermal_displacement": {
-        "learn", "cycle-running", "cycle-complete", "acknowledge", "threshold", "release", "smoothing", "debounce", "baseline-time",
-        "blanking-time", "load-latency", "reference-cycles", "window", "feed-tolerance", "feed-range", "lost-time-tolerance", "steady-time",
-        "gate-floor", "gate-cap", "confirm-contacts", "max-correction", "verify", "verify-step", "max-rate", "tool-number", "operation",
-        "wait-for-answer", "shift-is-not-growth", "change-is-zero", "change-is-depth", "date", "start-height", "clock-start", *("exclude-operation-%d" % place for place in range(8))},
-    "squareness": {"max-rate", "settling-time", "stages-ramping", "coordinated", "motion-type", "path-velocity"},
-    "axis_growth": {"max-rate", "cycle-running"},
-    "axis_offset": {"max-rate", "allow-probing", "arm"},
-    "joint_offset": {"ramp-rate", "max-rate", "joint-acceleration", "offset-acceleration"},
-}
-
 
 def effect(machine, writes, values, chain_program=None):
-    """The moves of settings that are written together; `chain_program` is (chain, path of plumb-squareness)."""
-    found = []
-    by_instance = collections.defaultdict(dict)
-    for write in writes:
-        instance, short = write.instance, write.short
-        switched, on = machine.switching(write)
-        if switched is not None:
-            by_instance[switched.name]["enable"] = on
-        else:
-            by_instance[instance.name][short] = parsed(write.name, instance.pins[short].kind, write.text)
-    for name, changes in by_instance.items():
-        instance = machine.named(name)
-        changes = {short: value for short, value in changes.items() if short == "enable" or value != instance.value(values, short)}
-        changes = {short: value for short, value in changes.items() if short not in STILL.get(instance.module, ())}
-        of_module = OF_MODULE.get(instance.module, _of_declared)
-        if changes:
-            found += of_module(machine, instance, changes, values, chain_program)
+    """The moves of settings that are written together; `chain_program` is (chain, axes that turn, path of plumb-squareness)."""
+    found = [move for instance, changes in _changes(machine, writes, values) for move in _moves(machine, instance, changes, values, chain_program)]
     return [move for move in found if not abs(move.by) < SMALLEST]
 
 
-def changes_path(writes, values):
-    """Whether an axis moves otherwise than before as soon as the machine moves, wherever it stands now."""
-    def acts(write):
-        instance = write.instance
-        changed = parsed(write.name, instance.pins[write.short].kind, write.text) != instance.value(values, write.short)
-        return changed and instance.value(values, "enable") and instance.value(values, "all-homed")
+def needs_rest(machine, writes, values):
+    """Whether a program must not run meanwhile, wherever the axes stand now."""
+    return any(_kind(instance, short) == IN_NO_CYCLE or (_kind(instance, short) == AT_ONCE and _follows(instance, values, {}))
+               for instance, changes in _changes(machine, writes, values) for short in changes)
 
-    return any(write.instance.module == "squareness" and write.short not in STILL["squareness"] and acts(write) for write in writes)
+
+def waits_for_cycle(machine, writes, values):
+    """Whether what is written takes effect with the next cycle."""
+    return any(_kind(instance, short) == NEXT_CYCLE or (_turns_on(instance, values, changes) and _outputs(instance, at_next_cycle=True))
+               for instance, changes in _changes(machine, writes, values) for short in changes)
 
 
 def are_same(moves, announced):
@@ -84,136 +59,114 @@ def _by(distance):
     return ("+" if distance > 0 else "") + with_unit(round(distance, 4), "mu") if abs(distance) >= LONG else in_micrometres(distance)
 
 
-def _of_squareness(machine, instance, changes, values, chain_program):
-    now = corrections(machine, instance, values)
-    if "enable" in changes:
-        if not changes["enable"]:
-            return [Move(axis, -by, True) for axis, by in now.items()]
-        if instance.value(values, "enable"):
-            return []
-        # The error without correction, which the correction takes away.
-        return [Move(axis, -instance.value(values, axis.lower() + "-error", 0.0) - by, True) for axis, by in now.items()]
-    if not instance.value(values, "enable") or not instance.value(values, "all-homed"):
+def of_more_growth(instance, values, by):
+    """The moves that come at once if thermal_displacement takes so much more growth: those of a cycle that runs."""
+    at_once = instance.value(values, "cycle-running") and not instance.value(values, "constant-in-part")
+    return [Move("Z", by, True)] if at_once and _follows(instance, values, {}) else []
+
+
+# --- what is declared ---
+
+def _kind(instance, short):
+    return instance.declared.pins.get(short, {}).get("effect", APPLIES if short == "enable" else "")
+
+
+def _changes(machine, writes, values):
+    """(instance, new values by short name) of what changes. A switch is an enable."""
+    found = collections.defaultdict(dict)
+    for write in writes:
+        switched = machine.switched_by(write.name)
+        instance, short = (switched, "enable") if switched is not None else (write.instance, write.short)
+        value = is_on(write) if switched is not None else parsed(write.name, instance.pins[short].kind, write.text)
+        if short == "enable" or value != instance.value(values, short):
+            found[instance.name][short] = value
+    return [(machine.named(name), changes) for name, changes in found.items()]
+
+
+def _follows(instance, values, changes):
+    """Whether its settings let the offset follow."""
+    kinds = ((short, _kind(instance, short)) for short in instance.pins)
+    return all(bool(changes.get(short, instance.value(values, short))) == (kind == APPLIES) for short, kind in kinds if kind in (APPLIES, WITHHOLDS))
+
+
+def _turns_on(instance, values, changes):
+    return _follows(instance, values, changes) and not _follows(instance, values, {})
+
+
+def _outputs(instance, at_next_cycle=None):
+    """Outputs that move an axis, with their declarations: the netted ones, or all where none is."""
+    its = {short: each for short, each in instance.declared.moves.items() if at_next_cycle is None or bool(each.get("at_next_cycle")) == at_next_cycle}
+    netted = {short: each for short, each in its.items() if instance.pins[short].signal}
+    return netted or its
+
+
+def _axis(instance, short):
+    return short[0].upper() if short[1:2] == "-" and short[0] in "abcuvwxyz" else instance.name
+
+
+def applied(machine, instance, values, short):
+    """The offset in force of an output: of its stage, where the stage has no other source."""
+    stage = machine.stages_of(instance).get(_axis(instance, short)) if instance.declared.role == "compensation" else None
+    if stage is not None and len(machine.sources_of(stage)) == 1:
+        return stage.value(values, "applied-offset", 0.0)
+    shown = "applied-offset" if instance.declared.role == "stage" else short
+    return instance.value(values, shown, 0.0)
+
+
+# --- the moves ---
+
+def _moves(machine, instance, changes, values, chain_program):
+    kinds = {_kind(instance, short) for short in changes}
+    if not kinds & {AT_ONCE, APPLIES, WITHHOLDS}:
         return []
-    if chain_program and all(ANGLE.match(short) for short in changes) and not instance.value(values, "axis-direction"):
+    if not _follows(instance, values, changes):
+        returns = kinds & {APPLIES, WITHHOLDS} and _acts(instance, values, changes)
+        return [Move(_axis(instance, short), -applied(machine, instance, values, short), True) for short in _outputs(instance)] if returns else []
+    if instance.declared.role == "stage":
+        return _of_stage(instance, changes, values)
+    if instance.module == "squareness" and chain_program:
         try:
-            return _of_angles(instance, changes, values, chain_program)
+            return _of_squareness(machine, instance, changes, values, chain_program)
         except program.Refused:
             pass
-    bound = abs(instance.value(values, "max-correction", 1.0))
-    return [Move(axis, abs(by) + bound, False) for axis, by in now.items()]
+    outputs = _outputs(instance, at_next_cycle=False) if _turns_on(instance, values, changes) else _outputs(instance)
+    return [Move(_axis(instance, short), abs(applied(machine, instance, values, short)) + _bound(instance, its, changes, values), False)
+            for short, its in outputs.items()]
 
 
-def _of_angles(instance, changes, values, chain_program):
-    """To first order: the correction is the negative of the error that the change of an angle makes here."""
-    largest = abs(instance.value(values, "max-angle", 0.0))
-
-    def bounded(angle):
-        return max(-largest, min(largest, angle))
-
-    moved = dict.fromkeys("XYZ", 0.0)
-    for lean in program.leans(*chain_program):
-        if lean["pin"] not in changes:
-            continue
-        by = bounded(changes[lean["pin"]]) - bounded(instance.value(values, lean["pin"], 0.0))
-        for each in lean["corrects"]:
-            letter = each["moved"].lower()
-            travel = instance.value(values, letter + "-position", 0.0) - instance.value(values, letter + "-pivot", 0.0)
-            moved[each["error"]] -= by * each["factor"] * travel
-        for each in lean["corrects_tool"]:
-            moved[each["error"]] -= by * each["factor"] * _tool(instance, values, each["tool"])
-    return [Move(axis, by, True) for axis, by in moved.items()]
+def _bound(instance, its, changes, values):
+    return max(abs(instance.value(values, its["bound"], 0.0)), abs(changes.get(its["bound"], 0.0)))
 
 
-def _tool(instance, values, axis):
-    """The part of the tool along an axis, from the gauge point to the tip."""
+def _acts(instance, values, changes):
+    """A stage that waits for a cycle holds its offset, as strokes at rest do, unless it is taken back."""
+    return any(_kind(instance, short) == WITHHOLDS for short in changes) or all(
+        instance.value(values, each["follows_while"]) for each in instance.declared.moves.values() if each.get("follows_while"))
+
+
+def _of_stage(instance, changes, values):
+    """The sum of its sources within its bound; a limit of the joint that is near takes at most all of it away, or gives it back."""
     def get(short):
-        return instance.value(values, short, 0.0)
+        return changes.get(short, instance.value(values, short, 0.0))
 
-    letter = axis.lower()
-    radial = get("radial-offset") / (2 if instance.value(values, "radial-is-diameter") else 1)
-    direction = math.radians(get("radial-direction"))
-    along = {"X": radial * math.cos(direction), "Y": radial * math.sin(direction), "Z": 0.0}[axis]
-    return along - get(letter + "-tool-offset") + get(letter + "-reference-tool-offset")
-
-
-def _of_growth(machine, instance, changes, values, _chain_program):
-    """Z returns at once; it follows the growth with the next cycle, or at once if its stage is armed."""
-    applied = instance.value(values, "applied-offset", 0.0)
-    on = {"enable": instance.value(values, "enable"), "dry-run": instance.value(values, "dry-run"), **changes}
-    wanted = bool(on["enable"]) and not on["dry-run"] and bool(instance.value(values, "growth-known"))
-    if not wanted:
-        return [Move("Z", -applied, True)]
-    if set(changes) <= {"enable", "dry-run"}:
-        if not _follows_at_once(machine, instance, values):
-            return []
-        growth = instance.value(values, "growth-estimate", 0.0)
-        bound = abs(instance.value(values, "max-offset", 0.0))
-        return [Move("Z", max(-bound, min(bound, growth)) - applied, True)]
-    return [Move("Z", abs(applied) + max(abs(instance.value(values, "max-offset", 0.0)), abs(changes.get("max-offset", 0.0))), False)]
-
-
-def of_more_growth(machine, instance, values, by):
-    """The moves that come at once if thermal_displacement takes so much more growth."""
-    acts = instance.value(values, "enable") and not instance.value(values, "dry-run")
-    return [Move("Z", by, True)] if acts and _follows_at_once(machine, instance, values) else []
-
-
-def _follows_at_once(machine, instance, values):
-    """Without an armed stage a function waits for the next cycle."""
-    armed = [stage.value(values, "armed", True) for stage in machine.stages_of(instance).values()]
-    return not armed or any(armed)
-
-
-def _of_axis_growth(_machine, instance, changes, values, _chain_program):
-    found = []
-    for axis in "XYZ":
-        now = instance.value(values, axis.lower() + "-offset", 0.0)
-        if changes.get("enable") is False:
-            found.append(Move(axis, -now, True))
-        elif instance.value(values, "enable") or changes.get("enable"):
-            found.append(Move(axis, abs(now) + abs(instance.value(values, "max-offset", 0.0)), False))
-    return found
-
-
-def _of_stage(_machine, instance, changes, values, _chain_program):
-    now = instance.value(values, "applied-offset", 0.0)
-    axis = instance.name
-    if changes == {"enable": False}:
-        return [Move(axis, -now, True)]
-    sources = [instance.value(values, "offset-%d" % place, 0.0) for place in range(4)]
-    if now == 0 and not any(sources) and not any(short.startswith("offset-") for short in changes):
+    if not _acts(instance, values, changes):
         return []
-    bound = max(abs(instance.value(values, "max-offset", 0.0)), abs(changes.get("max-offset", 0.0)))
-    return [Move(axis, abs(now) + bound, False)]
+    (short, its), *_rest = instance.declared.moves.items()
+    now, bound = instance.value(values, "applied-offset", 0.0), abs(get(its["bound"]))
+    sources = [each for each in instance.pins if each.startswith("offset-") and each[len("offset-"):].isdigit()]
+    wanted = max(-bound, min(bound, sum(map(get, sources))))
+    limits = "min-limit" in instance.pins
+    room = (get("max-limit") - get("position") if max(now, wanted) > 0 else get("position") - get("min-limit")) if limits else 0
+    share = 0.75 * get("offset-acceleration") / get("joint-acceleration") if limits and get("joint-acceleration") else 0
+    if not limits or min(share, 1) * room >= abs(wanted):
+        return [Move(_axis(instance, short), wanted - now, True)]
+    return [Move(_axis(instance, short), max(abs(now), abs(wanted)), False)]
 
 
-def _of_chopping(_machine, instance, changes, values, _chain_program):
-    if changes.get("go-to-end") or changes.get("enable") is False:
-        return [Move(_("the stroking axis"), -instance.value(values, "offset", 0.0), True)]
-    if "run" in changes and changes["run"]:
-        away = [abs(instance.value(values, short, 0.0) - instance.value(values, "position", 0.0)) for short in ("upper", "lower")]
-        return [Move(_("the stroking axis"), max(away), False)]
-    return []
-
-
-def _of_declared(_machine, instance, changes, values, _chain_program):
-    """A function about which nothing else is known here moves its axes within the bounds that it declares."""
-    if "enable" in instance.pins and "enable" not in changes and not instance.value(values, "enable"):
-        return []
-    found = []
-    for short, its in instance.declared.moves.items():
-        now = instance.value(values, short, 0.0)
-        axis = short[0].upper() if short[1:2] == "-" and short[0] in "abcuvwxyz" else instance.name
-        if changes.get("enable") is False:
-            found.append(Move(axis, -now, True))
-        else:
-            bounds = instance.value(values, its["bound"], 0.0), changes.get(its["bound"], 0.0)
-            found.append(Move(axis, abs(now) + max(map(abs, bounds)), False))
-    return found
-
-
-OF_MODULE = {
-    "squareness": _of_squareness, "thermal_displacement": _of_growth, "axis_growth": _of_axis_growth, "axis_offset": _of_stage,
-    "joint_offset": _of_stage, "chopping": _of_chopping,
-}
+def _of_squareness(machine, instance, changes, values, chain_program):
+    """What plumb squareness computes for the settings now and then."""
+    chain, rotary, path = chain_program
+    now = {short: instance.value(values, short) for short, pin in instance.pins.items() if not pin.output}
+    before, after = program.corrections(chain, rotary, [now, {**now, **changes}], path)
+    moving = {_axis(instance, short) for short in _outputs(instance)}
+    return [Move(axis, after[axis] - before[axis], True) for axis in after if axis in moving]

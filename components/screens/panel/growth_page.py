@@ -101,9 +101,12 @@ class GrowthPage(FunctionPage):
 
     def _learn(self):
         def question():
-            text = _("Learn from the next part? The machine must be cold, and the offset must be taken back. Nothing moves now.")
-            rows = self.get(self.panel.values, "rows")
-            return (text + " " + _("It replaces the kept reference of {count} contacts.").format(count=rows) if rows else text), []
+            values = self.panel.guard.values()
+            text = _("Learn from the next part? The machine must be cold, and the offset must be taken back.")
+            rows, moves = self.get(values, "rows"), effects.effect(self.panel.machine, [Write(self.instance, "learn", "1")], values)
+            if rows:
+                text += " " + _("It replaces the kept reference of {count} contacts.").format(count=rows)
+            return text if moves else text + " " + _("Nothing moves now."), moves
 
         by_pin = "learn" in self.instance.settings()
 
@@ -120,7 +123,7 @@ class GrowthPage(FunctionPage):
 
     def _dry_run(self):
         on = self.panel.hal.get(self.instance.full("dry-run"))
-        text = _("Correct from now on? Z follows the growth.") if on else _("Measure only, and move Z no more?")
+        text = _("Correct? Z follows the growth from the next cycle on.") if on else _("Measure only, and move Z no more?")
         self.panel.guard.change([Write(self.instance, "dry-run", "0" if on else "1")], _("Correct") if on else _("Measure only"), why="switch",
                                 needed="operator", question=text, must_be_on=bool(on))
 

@@ -47,7 +47,7 @@ class ShiftQuestion(Question):
     def _moves(self, values):
         """Those that come at once."""
         page = self._page
-        return effects.of_more_growth(page.panel.machine, page.instance, values, page.get(values, "shift-size", 0.0))
+        return effects.of_more_growth(page.instance, values, page.get(values, "shift-size", 0.0))
 
     def _effect(self, values):
         moves = self._moves(values)

@@ -87,7 +87,7 @@ class Guard:
             refusal = "" if chain and chain[2] == self.loaded_chain() else self._switches_on_new_chain(writes)
             if not refusal and must_be_on:
                 refusal = access.unsafe(values)
-            if not refusal and (moves or effects.changes_path(writes, values)):
+            if not refusal and (moves or effects.needs_rest(self._panel.machine, writes, values)):
                 refusal = access.busy(values)
             words = effects.in_words(moves)
             if words and values.get("motion.motion-enabled") is False:
@@ -126,7 +126,7 @@ class Guard:
         return owner is not None and not owner.value(values, "function-urgent-%d" % number, 0)
 
     def _write(self, writes, action, done, why, chain, then):
-        settings = self._panel.settings
+        settings, waits = self._panel.settings, effects.waits_for_cycle(self._panel.machine, writes, self.values())
         try:
             if not chain and _switches_off(self._panel.machine, writes):
                 values, lost = settings.switch_off(writes, why)
@@ -143,6 +143,8 @@ class Guard:
             then()
         lost = lost or settings.retain_state(self._panel.hal.values())
         text = done.format(pin=writes[0].name, value=with_unit(values[0], writes[0].unit)) if writes else done
+        if waits:
+            text += " " + _("It takes effect when the next cycle begins.")
         if text or lost:
             self._panel.say(" ".join(part for part in (text, lost) if part), "warn" if lost else "good")
 
@@ -232,7 +234,7 @@ class Guard:
 
     def _chain_program(self):
         chain = self.loaded_chain()
-        return (chain, self._panel.program("plumb-squareness")) if chain else None
+        return (chain, self._panel.ini.get("SQUARENESS", "ROTARY"), self._panel.program("plumb-squareness")) if chain else None
 
 
 def change_of(pin, changes):

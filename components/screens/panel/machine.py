@@ -11,6 +11,11 @@ Channel.__doc__ = "A sensor's channel; pins are full names by their last words: 
 OFF_PIN = "function-off-"  # of interlock: true is off
 
 
+def is_on(write):
+    """Whether the write of a switch switches on."""
+    return (write.text.lower() in ("1", "true")) != write.short.startswith(OFF_PIN)
+
+
 class Instance:
     """One instance of a component: its pins by short name."""
 
@@ -111,13 +116,14 @@ class Machine:
             return owner, int(short.rsplit("-", 1)[1])
         return None, -1
 
+    def switched_by(self, pin):
+        """The function that a pin switches; None for another pin."""
+        return next((each for each in self.functions() if self.switch_of(each) == pin), None)
+
     def switching(self, write):
         """The instance that a write switches, and whether on; None, False for another write."""
-        on = write.text.lower() in ("1", "true")
-        function = next((each for each in self.functions() if self.switch_of(each) == write.instance.full(write.short)), None)
-        if function is not None:
-            return function, on != write.short.startswith(OFF_PIN)
-        return (write.instance, on) if write.short == "enable" else (None, False)
+        its = self.switched_by(write.name) or (write.instance if write.short == "enable" else None)
+        return its, its is not None and is_on(write)
 
     def switch_text(self, pin, on):
         """What a switch is to be for on or off."""

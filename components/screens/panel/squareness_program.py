@@ -2,7 +2,6 @@
 """plumb squareness, which computes all that the page of squareness shows, by one document in and out. Without a screen."""
 
 import copy
-import functools
 import json
 import os
 import subprocess
@@ -47,8 +46,12 @@ def document(chain, instance, values):
 
 def run(given, program):
     """The whole output for a document. Raises Refused."""
+    return _run([program, "--json", "--input", "-"], given)
+
+
+def _run(command, given):
     try:
-        done = subprocess.run([program, "--json", "--input", "-"], input=json.dumps(given), capture_output=True, text=True,
+        done = subprocess.run(command, input=json.dumps(given), capture_output=True, text=True,
                               timeout=PATIENCE, check=False, env={**os.environ, "LC_ALL": "C.UTF-8"})
     except (OSError, subprocess.TimeoutExpired) as error:
         raise Refused(str(error)) from None
@@ -58,10 +61,9 @@ def run(given, program):
     return json.loads(done.stdout)
 
 
-@functools.lru_cache(maxsize=8)
-def leans(chain, program):
-    """The leans of a chain, with their effects on the tip. Raises Refused."""
-    return run({"chain": chain}, program)["leans"]
+def corrections(chain, rotary, states, program):
+    """The corrections by the letters of their axes, for each of several states of the inputs by their short names. Raises Refused."""
+    return _run([program, "--corrections", "--input", "-"], {"chain": chain, "rotary": rotary, "states": states})["corrections"]
 
 
 def with_lean(given, axis, direction, angle):

@@ -9,6 +9,7 @@
 #include "components/stages/axis_offset/guest_pins.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/offset.hpp"
 #include "hal/option.hpp"
 #include "pages/axis_offset.page.hpp"
@@ -77,7 +78,13 @@ struct AxisOffset final : hal::Component {
                                 .accelerated_by("LinuxCNC limits its acceleration, to OFFSET_AV_RATIO of "
                                                 "the acceleration of the axis, except at a soft limit.")
                                 .limited(limited)
+                                .follows_while(armed)
                                 .guest(guest.request)};
+
+    hal::Effects applies{this, hal::Effect::applies, enable};
+    hal::Effects withholds{this, hal::Effect::withholds, clear};
+    hal::Effects at_once{this, hal::Effect::at_once, offset, max_offset};
+    hal::Effects in_no_cycle{this, hal::Effect::in_no_cycle, scale};
 
     hal::Function run{this, "update", &AxisOffset::update, hal::Place::stage,
                       "After a guest in the same thread."};

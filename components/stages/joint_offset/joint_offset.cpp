@@ -10,6 +10,7 @@
 #include "components/stages/joint_offset/joint_offset_status.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 #include "hal/offset.hpp"
 #include "hal/option.hpp"
 #include "pages/joint_offset.page.hpp"
@@ -84,6 +85,11 @@ struct JointOffset final : hal::Component {
                                 .limited(limited)
                                 .acceleration(offset_acceleration)
                                 .motion(joint_command, 1)};
+
+    hal::Effects applies{this, hal::Effect::applies, enable};
+    hal::Effects at_once{
+        this, hal::Effect::at_once, offset, min_limit, max_limit, joint_acceleration, offset_acceleration};
+    hal::Effects in_no_cycle{this, hal::Effect::in_no_cycle, release_at_off};
 
     hal::Function un_correct{this, "update-feedback", &JointOffset::update_feedback, hal::Place::feedback,
                              "After the drive's feedback is read."};

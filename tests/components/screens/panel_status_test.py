@@ -20,6 +20,7 @@ from panel.settings import Write  # noqa: E402
 DECLARED, _damaged = read_all(os.path.join(BUILD, "share", "plumb"))
 PROGRAM = os.path.join(BUILD, "bin", "plumb-squareness")
 CHAIN = "w-Z.b-X-Y-C-t"
+COMPUTED = CHAIN, "", PROGRAM
 um = 1e-3
 
 STAGES = [line for axis in "xyz" for line in (
@@ -240,7 +241,7 @@ class Squareness(Machinery):
                        [(square, "ea0z", "-0.00007")], [(square, "ec0x", "0")], [(switch, number, "0")], [(switch, number, "1")]):
             with self.subTest(writes=[write[1:] for write in writes]):
                 before = self.applied()
-                moves = effects.effect(self.machine, [Write(*write) for write in writes], self.values(), (CHAIN, PROGRAM))
+                moves = effects.effect(self.machine, [Write(*write) for write in writes], self.values(), COMPUTED)
                 self.do(*("setp %s %s" % (owner.full(short), text) for owner, short, text in writes), time=3)
                 moved = dict(zip("XYZ", (after - then for after, then in zip(self.applied(), before))))
                 self.assertTrue(all(move.exact for move in moves), moves)
@@ -249,40 +250,21 @@ class Squareness(Machinery):
                     self.assertAlmostEqual(announced, moved[axis], delta=0.1 * um, msg=axis)
                 self.assertTrue(any(abs(by) > 1 * um for by in moved.values()))
 
-    def test_other_settings_have_a_bound_and_none_that_moves_nothing(self):
+    def test_without_plumb_squareness_an_angle_has_a_bound(self):
         self.ready()
-        square = self.machine.named("square")
-        moves = effects.effect(self.machine, [Write(square, "axis-direction", "1")], self.values(), (CHAIN, PROGRAM))
+        moves = effects.effect(self.machine, [Write(self.machine.named("square"), "axis-direction", "1")], self.values())
         self.assertEqual([(move.axis, move.exact) for move in moves], [("X", False), ("Y", False), ("Z", False)])
         self.assertIn("at most", effects.in_words(moves))
-        for short, text in (("max-rate", "0.5"), ("ec0y", "-0.00016")):
-            self.assertEqual(effects.effect(self.machine, [Write(square, short, text)], self.values(), (CHAIN, PROGRAM)), [])
-
-    def test_settings_that_are_said_to_move_nothing_move_nothing(self):
-        """Each in turn, while the axes have a correction."""
-        self.ready()
-        for name in ("square", "x-stage"):
-            instance = self.machine.named(name)
-            for short in sorted(effects.STILL[instance.module] & set(instance.settings())):
-                pin = instance.pins[short]
-                former = self.host.get(pin.name)
-                other = int(not former) if pin.kind == "bit" else former + 1 if pin.kind != "float" else former * 0.5 + 0.25
-                with self.subTest(pin.name, value=other):
-                    before = self.applied()
-                    self.do("setp %s %s" % (pin.name, other), time=0.5)
-                    for after, then in zip(self.applied(), before):
-                        self.assertAlmostEqual(after, then, delta=0.01 * um)
-                self.do("setp %s %s" % (pin.name, int(former) if pin.kind == "bit" else former), time=0.5)
-        self.do("setp square.ec0y 0", time=3)  # which is none of them
-        self.assertLess(abs(self.applied()[0]), 2 * um)
 
     def test_a_function_that_the_panel_does_not_know_moves_within_its_declared_bounds(self):
-        declared = Declared({"name": "new_function", "role": "compensation", "moves": {"z-offset": {"bound": "max-offset"}}})
-        shorts = {"enable": "bit", "gain": "float", "max-offset": "float", "z-offset": "float"}
+        at_once = {"type": "float", "output": False, "effect": "at once"}
+        declared = Declared({"name": "new_function", "role": "compensation", "moves": {"z-offset": {"bound": "max-offset"}},
+                             "pins": {"gain": at_once, "max-offset": at_once}})
+        shorts = {"enable": "bit", "gain": "float", "max-offset": "float", "z-offset": "float", "name": "float"}
         new = machine.Instance("new", declared, {short: Pin("new." + short, "new", kind, short == "z-offset", "", "") for short, kind in shorts.items()})
-        known = types.SimpleNamespace(switching=lambda write: (new, write.text == "1") if write.short == "enable" else (None, False), named=lambda name: new)
-        values = {"new.enable": True, "new.gain": 1.0, "new.max-offset": 0.5, "new.z-offset": 0.25}
-        for text, is_on, moves in (("gain 2", True, [("Z", 0.75, False)]), ("max-offset 1", True, [("Z", 1.25, False)]),
+        known = types.SimpleNamespace(switched_by=lambda pin: None, named=lambda name: new, stages_of=lambda function: {})
+        values = {"new.enable": True, "new.gain": 1.0, "new.max-offset": 0.5, "new.z-offset": 0.25, "new.name": 1.0}
+        for text, is_on, moves in (("gain 2", True, [("Z", 0.75, False)]), ("max-offset 1", True, [("Z", 1.25, False)]), ("name 2", True, []),
                                    ("enable 0", True, [("Z", -0.25, True)]), ("gain 2", False, []), ("enable 1", False, [("Z", 0.75, False)])):
             with self.subTest(text, on=is_on):
                 write = Write(new, *text.split())
@@ -293,12 +275,12 @@ class Squareness(Machinery):
         self.do("setp square.y-position 10")  # the pivot
         square = self.machine.named("square")
         write = [Write(square, "ec0y", "-0.0003")]
-        self.assertEqual([move for move in effects.effect(self.machine, write, self.values(), (CHAIN, PROGRAM)) if move.axis == "X"], [])
-        self.assertTrue(effects.changes_path(write, self.values()))
+        self.assertEqual([move for move in effects.effect(self.machine, write, self.values(), COMPUTED) if move.axis == "X"], [])
+        self.assertTrue(effects.needs_rest(self.machine, write, self.values()))
         for short, text in (("ec0y", "-0.00016"), ("max-rate", "0.5")):  # the present value, and a rate
-            self.assertFalse(effects.changes_path([Write(square, short, text)], self.values()))
+            self.assertFalse(effects.needs_rest(self.machine, [Write(square, short, text)], self.values()))
         self.do("setp interlock.function-switch-0 0", time=3)
-        self.assertFalse(effects.changes_path(write, self.values()))
+        self.assertFalse(effects.needs_rest(self.machine, write, self.values()))
 
     def test_a_saved_lean_changes_that_lean(self):
         self.do("setp square.axis-direction 1", "setp square.eb0z 0.00007")
