@@ -254,6 +254,7 @@ def _there(robot, session, step):
 
 
 def _at_r(robot, session, step):
+    robot.press(step, lambda _turn: None, 200)
     robot.machine.wait(2)
     return {"read": robot.place("Z") - robot.stroke_zero}
 

@@ -71,7 +71,7 @@ struct AxisGrowth final : hal::Component {
 
     hal::Offset moves[3]{{this, moving(0)}, {this, moving(1)}, {this, moving(2)}};
 
-    hal::Effects applies{this, hal::Effect::applies, enable, all_homed};
+    hal::Effects when_it_applies{this, hal::Effect::applies, enable, all_homed};
     hal::Effects at_once{this, hal::Effect::at_once, position, spindle_speed, max_offset};
 
     hal::Function run{this, "update", &AxisGrowth::update, hal::Place::source};

@@ -119,6 +119,7 @@ struct Chopping final : hal::Component {
     void prepare() override { axis_.begin(settings.read(), 1 / unit.millimetres()); }
 
     void update(double dt) noexcept {
+        permission_ = status.of_interlock();
         const StrokingAxis::Inputs inputs = judged();
         take_records();
         axis_.step(inputs, settings.read(), dt);
@@ -140,7 +141,10 @@ private:
                       crossing_at,
                       StrokingAxis::farthest};
         its.feed_hold = feed_hold;
-        its.emergency_hold = emergency_hold;
+        // A trial that is over: somebody has let go of the button, or the program has died.
+        const bool untried = permission_ == hal::common<ChoppingStatus>(hal::Common::uncommissioned) ||
+                             permission_ == hal::common<ChoppingStatus>(hal::Common::stage_uncommissioned);
+        its.emergency_hold = emergency_hold || (untried && !its.orders.enable);
         its.on = motion_enabled;
         its.homed = homed;
         its.stage_limited = stage_limited;
@@ -199,11 +203,12 @@ private:
         seen.on = inputs.on;
         seen.homed = inputs.homed;
         seen.permitted = inputs.orders.enable;
-        seen.interlock = status.of_interlock();
+        seen.interlock = permission_;
         status = status_of(seen);
     }
 
     StrokingAxis axis_;
+    ChoppingStatus permission_{};  // of interlock, in this period
 };
 
 hal::Model hal::model() {

@@ -10,6 +10,7 @@ STROKE = 1.0  # mm
 SPEED = 30.0  # mm a minute
 MARGIN = 10.0  # mm, from each limit
 HELD = 2.0  # s, for which the axis must stand
+WAY = 10.0  # s to point R
 
 
 def steps(session):
@@ -17,11 +18,11 @@ def steps(session):
 
 
 class Strokes(OnTrial):
-    """The axis strokes while somebody presses. Letting go ends the stroke: the axis goes on to a dead point, and returns to point R."""
+    """The axis strokes while somebody presses. Letting go ends the stroke: the axis stands at once. The next press takes it to point R first."""
 
     def __init__(self, session):
         super().__init__(session)
-        self.back = _("Letting go ends the stroke: the axis returns to point R. The emergency stop stops it at once.")
+        self.back = _("Letting go stops the axis at once, and so does the emergency stop. The next press takes it to point R.")
         self.picture = ("stroke", "Z")
         self.stroked = False
 
@@ -35,7 +36,10 @@ class Strokes(OnTrial):
         if unlent is not None:
             return unlent
         rig.mdi("G21")  # the words of G81.1 are in the unit of the program
+        rig.mdi("G80.1")
         refused = super().begin_press()
+        if refused is None and not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance), WAY):
+            return Verdict("state", _("The axis does not return to point R."), _("Press longer, and look at the faults of the stage."))
         if refused is None and self._acts():
             rig.mdi("G81.1 Z[#5422] Q%g R0 P%g" % (-STROKE, SPEED), stays=True)
         return refused
@@ -124,24 +128,31 @@ class Hold(Strokes):
         return good(_("It held."))
 
 
-class Return(Step):
+class Return(OnTrial):
+    minutes = 1
+
     def __init__(self, session):
         super().__init__(session)
         self.title = _("Back to point R")
-        self.look = _("The axis is back at point R. Enter the reading.")
-        self.back = _("Press the emergency stop.")
+        self.look = _("Press and hold until you are told to let go: the axis returns to point R. Enter the reading.")
+        self.back = _("Letting go stops the axis at once. The emergency stop does it, too.")
         self.picture = ("stroke", "Z")
         self.fields = (Field("read", _("Reading at point R")),)
 
-    def begin(self):
+    def begin_press(self):
         self.rig.mdi("G80.1")
+        return super().begin_press()
+
+    def watch(self):
+        super().watch()
+        self.hint = _("Let go.") if self.rig.back_at_0(self.function, self.session.tolerance) else ""
 
     def finish(self, values):
         rig = self.rig
         if not abs(values["read"]) <= 3 * self.session.tolerance:
             return Verdict("stayed", _("The axis is {read} from point R.").format(read=number(values["read"], 4)), _("Look for stick and backlash."))
-        if not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance)):
-            return Verdict("stayed", _("The stroke leaves an offset behind."), _("Turn the machine off and on, and home the axis."))
+        if not rig.back_at_0(self.function, self.session.tolerance):
+            return Verdict("stayed", _("The stroke leaves an offset behind."), _("Hold longer. Else turn the machine off and on, and home the axis."))
         return good(_("The stroke has ended, and its offset is 0."))
 
 
