@@ -12,7 +12,8 @@ programs run as root, as an ordinary user, and on the one HAL of that machine (-
     linuxcnc a complete LinuxCNC of configs/grinder, which strokes while X feeds; its task, its io, linuxcnc_alive, linuxcnc_link
              or plumb-retain is killed: the stroke must end at R with the feed held, or go on
 
-kills one process of it, or its whole process group, often in its first milliseconds, and then looks for processes, shared memory, sockets, files,
+kills one process of it, or its whole process group, often in its first milliseconds. Where the group was that of a run, the next run
+clears up. Then the campaign looks for processes, shared memory, sockets, files,
 mounts, a lock that is held, HAL's own lock, a torn or lost store, its owner and mode, a result that is lost though the exit
 status is 0, and a program that has seen the devices or the network of the machine.
 """
@@ -504,6 +505,8 @@ class Try:
             self.ask_host()
         write("end", "")
         status = self.await_end(started)
+        if self.plan["depth"] == "group":  # with the host and its keeper: the next host clears up
+            self.await_end(self.machine.start([*self.words("run"), "--", "true"], self.role, "next.out"))
         self.look_at_view()
         if status == 0:
             if not os.path.exists("done"):

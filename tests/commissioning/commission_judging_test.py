@@ -48,7 +48,7 @@ class Place:
 class Machine:
     """A machine whose wiring and settings are these."""
 
-    unit, stages, functions = 1, [], [Place]
+    unit, stages, functions, asked = 1, [], [Place], ()
 
     def __init__(self):
         self.lines, self.values, self.number, self.kept, self.required = ["enable < interlock.function-enable-0"], {"ec0y": -1e-4}, 7, 7, True
@@ -77,6 +77,9 @@ class Machine:
 
     def is_required(self):
         return self.required
+
+    def doubts(self):
+        return self.asked
 
     def stages_of(self, _function):
         return []
@@ -136,6 +139,10 @@ class Sheets(unittest.TestCase):
                 file.write(text)
             with self.assertRaises(ValueError, msg=text):
                 self.records.all()
+
+    def test_a_store_in_doubt_comes_first_with_its_command(self):
+        self.machine.asked, self.machine.kept = ["The store is from another computer."], 0
+        self.assertEqual(findings(self.machine, self.records)[0], ("wrong", "The store is from another computer.", "plumb commission --accept"))
 
     def test_a_bit_set_by_hand_says_so(self):
         self.records.note(self.machine, Place, "K. Braun", [], 0, by_hand=True)

@@ -114,8 +114,12 @@ def environment(folder, **more):
     """The environment of a run whose home is in a folder."""
     home = os.path.join(folder, "home")
     os.makedirs(home, exist_ok=True)
+    machine_id = os.path.join(folder, "machine-id")  # a chroot may have none
+    with open(machine_id, "w") as file:
+        file.write("0123456789abcdef0123456789abcdef\n")
     return {
         "HOME": home,
+        "PLUMB_MACHINE_ID": machine_id,
         "PATH": os.path.join(BUILD, "bin") + ":/usr/bin:/bin:/usr/sbin:/sbin",
         # A sanitized program minds that libfaketime is loaded before its own library.
         "ASAN_OPTIONS": "verify_asan_link_order=0",
