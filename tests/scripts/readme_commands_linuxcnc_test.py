@@ -43,7 +43,7 @@ REPORT = Tested("tests/commissioning/plumb_growth_test.py", 'growth("report", se
 PLAN = Tested("tests/commissioning/plumb_growth_test.py", 'growth("plan", "--hours"')
 IDENTIFY = Tested("tests/commissioning/plumb_growth_test.py", 'growth("identify", self.log')
 LEANS = Tested("tests/configs/portal_linuxcnc_test.py", 'r"^    plumb (squareness .*)$"')
-OWN_HAL = Tested("tests/scripts/readme_test.py", "build/bin/(plumb bench limit.hal")
+OWN_HAL = Tested("tests/scripts/readme_test.py", "(plumb bench limit.hal")
 
 
 def bench(name):
@@ -88,7 +88,7 @@ COMMANDS = {
         "plumb wire --ini my.ini --undo": Tested("tests/commands/plumb_wire_apply_linuxcnc_test.py", "--undo"),
         "sudo apt remove plumb": ROOT_NEEDED,
         "plumb commission squareness": Tested("tests/programs/commission_scenario.py", '"commission", "squareness", "--who"'),
-        "build/bin/plumb bench limit.hal ...": OWN_HAL,
+        "plumb bench limit.hal ...": OWN_HAL,
     },
     "CONTRIBUTING.md": {
         "scripts/test": LONG,

@@ -219,7 +219,7 @@ class OwnConfiguration(unittest.TestCase):
             file.write(lines)
 
     def run_command_of(self, page):
-        command = re.search(r"^    build/bin/(plumb bench limit.hal .*)$", read(page), re.M)[1]
+        command = re.search(r"^    (?:build/bin/)?(plumb bench limit.hal .*)$", read(page), re.M)[1]
         path = os.path.join(BUILD, "bin") + ":" + os.environ["PATH"]
         return subprocess.run(
             command, shell=True, cwd=self.folder, env=dict(os.environ, PATH=path), capture_output=True, text=True
