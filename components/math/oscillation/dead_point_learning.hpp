@@ -216,7 +216,8 @@ public:
     Verdict measured(bool upper, double error, double used, double acceleration, double speed,
                      Lengths lengths = {}) noexcept {
         const bool beyond = error > settings_.most_beyond;
-        if (was_learned_ && !beyond && lengths.before > 0 && differs(lengths)) return Verdict::none;
+        if (was_learned_ && !beyond && !passed_ && lengths.before > 0 && differs(lengths))
+            return Verdict::none;
         error_[upper] = error;
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
@@ -231,18 +232,35 @@ public:
             offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
         }
         const bool passes = was_learned_ && beyond;
-        const bool decides = std::exchange(passed_, passed_ || passes);
+        const bool decides = passed_ && (answered_ || passed_upper_ != upper);
+        if (decides) answered_ = true;
+        if (passes && !passed_) {
+            passed_ = true;
+            answered_ = false;
+            passed_upper_ = upper;
+        }
         if (slips()) {
-            offset_ = steady_offset_;
+            go_back();
             known_ = {false, false};
             if (++slips_ < 3) return passes ? Verdict::passed : Verdict::none;
-            passed_ = false;
+            slipped();
             return Verdict::slips;
         }
         slips_ = 0;
         if (decides) return pass_beyond();
         if (passes) return Verdict::passed;
         return known_[0] && known_[1] ? cycle() : Verdict::none;
+    }
+
+    // The scale has slipped: what was learned before stays, and nothing else.
+    void slipped() noexcept {
+        if (was_learned_)
+            go_back();
+        else
+            for (double& each : offset_) each = std::min(each, -settings_.inset);
+        known_ = waited_ = {false, false};
+        passed_ = false;
+        slips_ = good_ = 0;
     }
 
     bool learned() const noexcept { return good_ >= 2; }
@@ -420,6 +438,8 @@ private:
         cycles_ = 0;
         steady_excess_ = excess_;
         steady_offset_ = offset_;
+        steady_trends_ = trends_;
+        steady_slopes_ = slopes_;
         doubted_ = false;
         if (climb_.capped()) return Verdict::none;  // not learned for the full speed
         const Learned* known = strokes_.find(stroke_);
@@ -440,12 +460,19 @@ private:
         return waited_[upper] && !before;
     }
 
-    // Both dead points have moved the same way by as much: the scale has, or the joint. Such a turn corrects
-    // nothing.
+    // Both dead points have moved the same way: the scale has, or the joint. Friction moves both inward, or
+    // both outward. The first turn may contain a part of the slip only. Such a turn corrects nothing.
     bool slips() const noexcept {
-        const double apart = std::abs(shift_[0] - shift_[1]) / 2,
-                     common = std::abs(shift_[0] + shift_[1]) / 2;
-        return was_learned_ && apart > std::max(2 * settings_.tolerance, 3 * common);
+        return was_learned_ && std::min(shift_[0], shift_[1]) < -2 * settings_.tolerance &&
+               std::max(shift_[0], shift_[1]) > 2 * settings_.tolerance;
+    }
+
+    // To the last cycle that was right.
+    void go_back() noexcept {
+        offset_ = steady_offset_;
+        trends_ = steady_trends_;
+        slopes_ = steady_slopes_;
+        lengths_ = {whole_length(), whole_length()};
     }
 
     // The first time learning begins again. After the second one the speed stays at the last good one.
@@ -593,8 +620,9 @@ private:
     std::array<double, 2> offset_{}, error_{};
     // Of the last cycle that was right; mu, by which an end turns elsewhere since.
     std::array<double, 2> steady_offset_{}, steady_excess_{}, shift_{};
-    std::array<bool, 2> waited_{};                     // a correction outward, for a cycle
-    bool passed_ = false;                              // a dead point, by the axis or by its scale
+    std::array<bool, 2> waited_{};  // a correction outward, for a cycle
+    // A dead point, by the axis or by its scale, which the turn at the other one decides.
+    bool passed_ = false, passed_upper_ = false, answered_ = false;
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends
@@ -604,6 +632,8 @@ private:
     std::array<double, 2> lengths_{};    // mu, of the strokes for which the offsets are; 0: any
     std::array<double, 2> slopes_{};     // of the turns, by that length
     std::array<TurnTrend, 2> trends_{};
+    std::array<TurnTrend, 2> steady_trends_{};
+    std::array<double, 2> steady_slopes_{};
     std::array<bool, 2> strange_{};    // no stroke of the joint explains the turn
     std::array<bool, 2> remembers_{};  // the last turn is a remembered one
     std::array<OvershootModel, 2> turns_{};
