@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Each setting of chopping changes in each phase of its strokes, alone or with another one."""
+"""Each setting of chopping changes in each phase of its strokes, alone or with another one; and scales slip."""
 
 import os
 import re
@@ -10,7 +10,7 @@ import campaign
 
 def attack(seed):
     tests = os.path.join(campaign.BUILD, "tests", "tests")
-    found = subprocess.run([tests, "--gtest_filter=*/ChoppingSettingsAttack.*"], capture_output=True, text=True, check=False,
+    found = subprocess.run([tests, "--gtest_filter=*/ChoppingSettingsAttack.*:ChoppingSlipsAttack.*"], capture_output=True, text=True, check=False,
                            env={**os.environ, "CHOPPING_SEED": str(seed)})
     tries = sum(map(int, re.findall(r"^cases: (\d+)$", found.stdout, re.M)))
     findings = [text.strip() for text in re.findall(r"^(\S+: Failure\n.*?)(?=^\[ |^\S+: Failure)", found.stdout, re.M | re.S)]

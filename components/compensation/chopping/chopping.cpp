@@ -53,6 +53,9 @@ struct Chopping final : hal::Component {
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
                                    "Measured position of the joint, without the offset: joint.N.pos-fb."};
+    hal::In<double> motor_feedback{
+        this, "motor-feedback", 0, "mu",
+        "Position by the encoder of the motor, beside a scale at joint-feedback; its frame does not matter."};
     hal::In<double> applied_offset{this, "applied-offset", 0, "mu",
                                    "Offset that joint-feedback lacks: offset, with joint_offset; 0 for an "
                                    "extra joint."};
@@ -154,6 +157,9 @@ private:
         its.position = position;
         its.joint = joint_feedback;
         its.applied = applied_offset;
+        const double motor = motor_feedback;
+        motor_ = usable(motor, StrokingAxis::farthest, motor_);
+        its.motor = motor_;
         its.pulse = usable(pulse_time, 3600, 0);
         its.word = program_word;
         its.word_value = program_value;
@@ -162,7 +168,7 @@ private:
 
     void take_records() noexcept {
         DeadPointLearning& learning = axis_.learning();
-        if (records.wants_forget()) learning.forget();
+        if (records.wants_forget()) axis_.forget();
         if (records.wants_restore()) records.restored(learning.restore(row.given()));
     }
 
@@ -209,6 +215,7 @@ private:
 
     StrokingAxis axis_;
     ChoppingStatus permission_{};  // of interlock, in this period
+    double motor_ = 0;  // mu, the last good one
 };
 
 hal::Model hal::model() {

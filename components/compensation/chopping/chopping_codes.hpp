@@ -87,8 +87,9 @@ constexpr const char* sentence(Fault fault) {
             return "The stroke was refused: the axis was on its way to position. Set run false, and start "
                    "again.";
         case Fault::slips:
-            return "Both measured dead points moved the same way: the scale slips, or the joint has lost its "
-                   "position; nothing was learned, and the stroke was stopped.";
+            return "The scale slips: its reading jumped, or both measured dead points moved the same way. "
+                   "Check "
+                   "the scale, and home the joint again; nothing was learned, and no stroke begins before.";
         case Fault::lost:
             return "The axis did not turn at a dead point: drive or scale has failed; the stroke was "
                    "stopped.";

@@ -6,6 +6,7 @@
 #include "components/math/oscillation/lag_model.hpp"
 #include "components/math/oscillation/oscillation_leg.hpp"
 #include "components/math/oscillation/shown_acceleration.hpp"
+#include "components/math/oscillation/slip_watch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,6 +41,8 @@ public:
         double length = 0;                // mu, of the stroke
         double speed = 0;                 // mu/s, peak of the stroke
         bool stands = false;              // the command
+        double motor = 0;                 // mu, by its encoder
+        double hardest = 0;               // mu/s2, of the stroke
     };
 
     DeadPointLearning& learning() noexcept { return learning_; }
@@ -58,6 +61,14 @@ public:
         metering_ = whole_ = false;
         paused_ = true;
         shown_.cancel();
+        slip_.pause();
+    }
+    // The scale has another origin.
+    void accept() noexcept { slip_.accept(); }
+    // The axis or its scale is another one.
+    void forget() noexcept {
+        learning_.forget();
+        slip_.forget();
     }
 
     void arrive(const Arrival& arrival) noexcept { arrival_[arrival.upper] = arrival; }
@@ -67,6 +78,13 @@ public:
         const bool turned = !paused_ && now.upward != upward_now_;
         paused_ = false;
         upward_now_ = now.upward;
+        const double least = learning_.most_beyond();
+        bool slips = turned && slip_.stroke(2 * least);
+        slips |= slip_.step({now.measured, now.motor, now.hardest}, least / 5);
+        if (slips && present.learns) {
+            learning_.slipped();
+            return Event::slips;
+        }
         if (turned) {
             const bool upper = !now.upward;
             const double wait = std::exchange(wait_[upper], arrival_[upper].wait);
@@ -89,7 +107,7 @@ public:
             passed_ = false;
             meter_.begin(now.upward);
         }
-        if (event == Event::none && passes(now, present)) event = Event::passes;
+        if (event == Event::none && !slip_.suspects() && passes(now, present)) event = Event::passes;
         if (metering_) meter_.step(now.measured);
         return event;
     }
@@ -116,7 +134,7 @@ private:
         const double sign = now.upward ? 1 : -1, lag = sign * (now.command - now.measured);
         if (now.stands) return Event::none;
         const double rest = sign * lag_.step(now.command, now.velocity, now.acceleration, now.measured);
-        if (!present.learns || !whole_ || !lag_.known()) return Event::none;
+        if (!present.learns || !whole_ || !lag_.known() || slip_.suspects()) return Event::none;
         const double faster = now.speed / std::max(lag_.speed(), 1e-9),
                      longer = now.length / std::max(lag_.length(), 1e-9);
         const bool rises = learning_.rising() && present.without_override;
@@ -170,6 +188,7 @@ private:
     DeadPointMeter meter_;
     LagModel lag_;
     ShownAcceleration shown_;
+    SlipWatch slip_;
     Arrival arrival_[2];  // lower, upper
     double position_[2] = {0, 0}, error_[2] = {0, 0};
     int doubts_[2] = {0, 0};   // of the scale, in a row

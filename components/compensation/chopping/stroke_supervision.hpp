@@ -24,6 +24,7 @@ public:
         bool measurable = false;
         double measured = 0, commanded = 0;  // mu
         double pulse = 0;                    // s, of the infeed at a dead point
+        double motor = 0;                    // mu, by the encoder of the motor
     };
 
     struct Findings {
@@ -47,6 +48,16 @@ public:
         else
             learning().open();
     }
+    // A person has looked at the scale that slipped.
+    void accept() noexcept {
+        slipped_ = false;
+        watch_.accept();
+    }
+    bool slipped() const noexcept { return slipped_; }  // since then
+    void forget() noexcept {
+        watch_.forget();
+        accept();
+    }
     void pause() noexcept { watch_.pause(); }
 
     Findings step(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
@@ -59,8 +70,10 @@ public:
         recovery_ = std::max(recovery_ - dt, 0.0);
         if (seen.measurable) phase_.step(seen.measured, motion.oscillation().plan());
         arrive(seen, motion, in_force, dt);
-        watch_end({seen.measurable, seen.measured, commanded}, motion, values.learn, dt, found);
-        look({seen.measurable, seen.measured, commanded}, motion, in_force, dt, found);
+        watch_end({seen.measurable, seen.measured, commanded, seen.pulse, seen.motor}, motion, values.learn,
+                  dt, found);
+        look({seen.measurable, seen.measured, commanded, seen.pulse, seen.motor}, motion, in_force, dt,
+             found);
         return found;
     }
 
@@ -137,12 +150,17 @@ private:
                                          dt,
                                          std::abs(oscillation.plan().to() - oscillation.plan().from()),
                                          oscillation.speed(),
-                                         oscillation.state() == Oscillation::State::waiting};
+                                         oscillation.state() == Oscillation::State::waiting,
+                                         seen.motor,
+                                         oscillation.planned_acceleration()};
         const DeadPointWatch::Present present{values.learn, values.override_value == 1,
                                               in_force.speed(part(values)), in_force.longest_waits()};
         switch (watch_.step(now, present)) {
             case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;
-            case DeadPointWatch::Event::slips: found = {Fault::slips, true}; break;
+            case DeadPointWatch::Event::slips:
+                found = {Fault::slips, true, true};
+                slipped_ = true;
+                break;
             case DeadPointWatch::Event::lost: found = {Fault::lost, true}; break;
             case DeadPointWatch::Event::lags: found = {Fault::lags, true}; break;
             case DeadPointWatch::Event::falls_behind: recovery_ = recovery_time; break;
@@ -172,6 +190,7 @@ private:
     CycleClock clock_;
     double last_commanded_ = 0;  // mu
     double recovery_ = 0;        // s, left
+    bool slipped_ = false;       // the scale
 };
 
 }  // namespace plumb

@@ -39,6 +39,7 @@ public:
         bool released = false;            // it has become part of the position
         double position = 0;              // point R
         double joint = 0, applied = 0;    // measured, and the offset that this lacks
+        double motor = 0;                 // by the encoder of the motor
         double pulse = 0;                 // s, of the infeed
         double word = 0, word_value = 0;  // of the program
     };
@@ -63,6 +64,7 @@ public:
     }
 
     DeadPointLearning& learning() noexcept { return supervision_.learning(); }
+    void forget() noexcept { supervision_.forget(); }
     const StrokeMotion& motion() const noexcept { return motion_; }
     const StrokeSupervision& supervision() const noexcept { return supervision_; }
     const StrokeWords& words() const noexcept { return words_; }
@@ -137,6 +139,7 @@ private:
     void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
         faults_.step(orders.run);
+        if (!now.given.homed) supervision_.accept();
         faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
         if (motion_.moves() && !now.given.on) freeze();
         if (motion_.moves() && !ready(now)) {
@@ -151,11 +154,15 @@ private:
         if (orders.shifts && motion_.moves()) take_over(given, dt);
     }
 
+    // It is asked whether the scale is right before its dead points are learned.
+    bool slipped(const StrokeValues& given) const noexcept { return given.learn && supervision_.slipped(); }
+
     void start(const Now& now, const StrokeValues& given, double dt) noexcept {
         const bool is_ready = ready(now) && now.orders.permitted && now.orders.runs;
-        faults_.start(!is_ready    ? Fault::not_ready
-                      : !now.known ? Fault::position
-                                   : in_force_.take(given, position_, dt));
+        faults_.start(!is_ready        ? Fault::not_ready
+                      : !now.known     ? Fault::position
+                      : slipped(given) ? Fault::slips
+                                       : in_force_.take(given, position_, dt));
         if (faults_.refused()) return;
         standing_off_.end();
         in_force_.begin_strokes();
@@ -167,6 +174,7 @@ private:
     // Of a stroke that is to begin at an end.
     Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) const noexcept {
         if (!ready(now) || !now.orders.permitted) return Fault::not_ready;
+        if (slipped(given)) return Fault::slips;
         return given.refusal(given.lower, given.upper, end, dt);
     }
 
@@ -223,7 +231,7 @@ private:
     }
 
     StrokeSupervision::Seen seen(const Now& now) const noexcept {
-        return {now.measurable, now.measured, command(), now.given.pulse};
+        return {now.measurable, now.measured, command(), now.given.pulse, now.given.motor};
     }
 
     void generate(const Now& now, double dt) noexcept {
@@ -258,7 +266,7 @@ private:
 
     void supervise(const Now& now, double dt) noexcept {
         const StrokeSupervision::Findings found = supervision_.step(seen(now), motion_, in_force_, dt);
-        if (found.fault != Fault::none) faults_.happen(found.fault);
+        if (found.fault != Fault::none && !motion_.failed()) faults_.happen(found.fault);
         if (found.stops) motion_.fail();
         if (found.corrected) motion_.oscillation().refresh();
     }

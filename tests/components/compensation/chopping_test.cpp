@@ -1306,6 +1306,44 @@ TEST_F(Chopping, AScaleThatSlipsIsNamedAndNeverLearned) {
     EXPECT_EQ(get("active"), 0);
 }
 
+TEST(ChoppingSlips, NoStrokeLearnsAfterASlipBeforeSomebodyHasAnswered) {
+    for (const std::string answer : {"homed", "forget"}) {
+        SCOPED_TRACE(answer);
+        Bench bench;
+        wire(bench);
+        for (const char* line :
+             {"loadrt sum2 names=scale", "unlinkp chop.joint-feedback", "net feedback scale.in0",
+              "net slipped scale.out chop.joint-feedback", "addf scale servo-thread",
+              "setp axis.servo-gain 20", "setp chop.learn 1", "setp chop.jerk-time 0.01"})
+            bench.command(line);
+        const auto start = [&] {
+            bench.set("chop.run", 0);
+            bench.run(0.1);
+            bench.set("chop.run", 1);
+            bench.run(0.1);
+            return bench.get("chop.active") != 0;
+        };
+        EXPECT_TRUE(start());
+        for (const double slip : {0.03, -0.05}) {
+            bench.run(40);
+            ASSERT_EQ(bench.get("chop.learned"), 1);
+            bench.set("scale.in1", bench.get("scale.in1") + slip);
+            bench.run(0.003);
+            EXPECT_EQ(bench.get("chop.fault-code"), 19);
+            bench.run(1);
+            EXPECT_FALSE(start());
+            EXPECT_EQ(bench.get("chop.fault-code"), 19);
+            const double given = bench.get("chop." + answer);
+            bench.set("chop." + answer, 1 - given);
+            if (answer == "homed") bench.set("scale.in1", 0);
+            bench.run(0.1);
+            bench.set("chop." + answer, given);
+            bench.run(0.1);
+            EXPECT_TRUE(start());
+        }
+    }
+}
+
 TEST_F(Learned, AnAxisThatIsTooWeakForTheCorrectionIsReported) {
     set("max-correction", 0.1);
     bench.run(30);

@@ -139,7 +139,9 @@ TEST_F(Supervision, AnAxisThatPassesRIsToldWhereItLearns) {
             run(5);
         }
         orders.runs = false;
-        axis = [](double command, double) { return command < 5 ? command - 20 * um : command; };
+        axis = [](double command, double at) {
+            return at + 0.2 * (command - 20 * um * std::clamp(5 - command, 0.0, 1.0) - at);
+        };
         run(8);
         EXPECT_EQ(motion.state(), StrokeMotion::State::rest);
         EXPECT_EQ(faults, learns ? std::set<Fault>{Fault::passed_end} : std::set<Fault>{});

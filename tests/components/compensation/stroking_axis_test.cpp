@@ -170,10 +170,12 @@ TEST_F(StrokingAxisTest, ADeadPointThatIsPassedIsToldInThatPeriod) {
         return its.happened && its.regular && its.upper;
     };
     for (int i = 0; i < 20000 && !arrives(); ++i) step();
-    run(0.01);
-    now.joint = values.upper + 0.0045;
-    it.step(now, values, dt);
-    EXPECT_EQ(it.fault(), Fault::none);
+    run(0.002);
+    for (double joint = now.joint; joint < values.upper + 0.0045; joint += 0.001) {
+        now.joint = joint;
+        it.step(now, values, dt);
+        ASSERT_EQ(it.fault(), Fault::none) << joint;
+    }
     now.joint = values.upper + 0.0055;
     it.step(now, values, dt);
     EXPECT_EQ(it.fault(), Fault::beyond);
