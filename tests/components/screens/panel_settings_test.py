@@ -396,10 +396,10 @@ class Unwritable(WithHost):
     """A log that cannot be written: Off comes before it, and no sentence says what the pins do not."""
 
     def full_disk(self):
-        """No file grows from now on."""
-        before = resource.getrlimit(resource.RLIMIT_FSIZE)
-        path = os.path.join(self.folder, "panel_changes.log")
-        size = os.path.getsize(path) if os.path.exists(path) else 0
+        """No file grows beyond the log, which is long."""
+        before, size = resource.getrlimit(resource.RLIMIT_FSIZE), 1 << 20
+        with open(os.path.join(self.folder, "panel_changes.log"), "wb") as file:
+            file.write(b"x" * (size - 1) + b"\n")
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         self.addCleanup(resource.setrlimit, resource.RLIMIT_FSIZE, before)
         return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, before)
