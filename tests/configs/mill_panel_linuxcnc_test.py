@@ -60,6 +60,7 @@ class Days(unittest.TestCase):
     def test_nothing_moves_an_axis_in_a_paused_program_but_switching_off_which_says_how_far(self):
         self.assertIn("refused", self.days[0]["paused"])
         self.assertEqual(self.days[0]["moved in the pause"], 0)
+        self.assertEqual(self.days[0]["held"], 0, "after Off, until the program ends")
         announced = re.search(r"X ([+\u2212][\d.]+) \u00b5m", self.days[0]["announced"])[1].replace("\u2212", "-")
         self.assertGreater(abs(float(announced)), 10)
         self.assertAlmostEqual(float(announced), 1000 * self.days[0]["moved"], delta=0.2)

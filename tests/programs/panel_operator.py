@@ -156,7 +156,8 @@ class Operator:
         self.finger.press("Save the angles")
 
     def attack_a_paused_program(self):
-        """A setting that moves an axis, and its undo, are refused in a paused program; switching off works, and says the moves."""
+        """A setting that moves an axis, and its undo, are refused in a paused program; switching off works, says the moves, and holds the
+        offset until the program ends."""
         finger, host = self.finger, self.host
         self.machine.mdi("G53 G0 Y100")
         self.machine.wait(2)
@@ -184,11 +185,15 @@ class Operator:
         finger.press("Switch on / off")
         seen["announced"] = finger.await_text("It moves: X ")
         finger.press("Switch off")
+        self.until("interlock.function-switch-1", False)
+        finger.await_text("Switched off: the offset holds until the tool is clear, and then returns.")
+        self.machine.wait(1)
+        seen["held"] = host.get("x-stage.applied-offset") - before
+        self.machine.abort()
         self.until("square.enable", False)
         finger.await_text("Switched off.")
         finger.until(lambda: abs(host.get("x-stage.applied-offset")) < 1e-6, "X without its correction")
         seen["moved"] = host.get("x-stage.applied-offset") - before
-        self.machine.abort()
         finger.press("Switch on / off")
         finger.press("Switch on")
         self.until("square.enable", True)
