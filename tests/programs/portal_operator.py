@@ -48,8 +48,9 @@ def work(operator):
     finger.press("Squareness")
     finger.press("Switch on / off")
     finger.press("Switch off")  # always
-    operator.until("square.enable", False)
-    seen["on"] = host.get("square.enable")
+    operator.until("interlock.function-switch-0", False)
+    seen["on"] = host.get("interlock.function-switch-0")
+    finger.await_text("Switched off: the offset holds until the tool is clear, and then returns.")
     seen["errors"] = machine.errors
 
 
