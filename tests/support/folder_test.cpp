@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The folder of a test is one of hal/client/plumb_folder.py.
 #include "tests/support/folder.hpp"
+#include "tests/support/place.hpp"
 #include "tests/support/program.hpp"
 
 #include <gtest/gtest.h>
@@ -18,8 +19,9 @@ namespace fs = std::filesystem;
 // Lets a program make a temporary folder of its own beside ours.
 void let_the_next_program_begin() {
     const Outcome next = run_program({"/usr/bin/python3", "-c",
-                                      "import sys; sys.path.insert(0, '" BUILD_DIR "/python');"
-                                      "import plumb_folder; plumb_folder.TemporaryFolder(sys.argv[1])",
+                                      "import sys; sys.path.insert(0, '" + build_folder() +
+                                          "/python');"
+                                          "import plumb_folder; plumb_folder.TemporaryFolder(sys.argv[1])",
                                       fs::temp_directory_path().string()},
                                      "/");
     ASSERT_EQ(next.status, 0) << next.output;

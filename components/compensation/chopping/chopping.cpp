@@ -215,7 +215,7 @@ private:
 
     StrokingAxis axis_;
     ChoppingStatus permission_{};  // of interlock, in this period
-    double motor_ = 0;  // mu, the last good one
+    double motor_ = 0;             // mu, the last good one
 };
 
 hal::Model hal::model() {
