@@ -55,9 +55,9 @@ private:
 class StagePermit : hal::Group {
 public:
     static constexpr const char* about =
-        "yes: the stage applies an offset only by permit; no: without interlock, or with its heartbeat, arm "
-        "and "
-        "stage-enable.";
+        "With yes the stage applies an offset only by a permit of interlock, with no by its own pins "
+        "heartbeat, arm "
+        "and enable.";
 
     StagePermit(hal::Component* owner, const std::string& interlock)
         : Group(owner), expected_(interlock == "yes") {

@@ -523,7 +523,7 @@ class ExtraJointOff(Recorded):
         self.assertLess(self.moved_at_on("on_without_supply"), um)
         self.assertLess(np.ptp(self.of("table.truth-position", "on_with_supply")), um)
         self.assertIn("The place of the axis is unknown", self.facts["told"])
-        self.assertEqual(self.facts["on_without_supply"], [26, 52])
+        self.assertEqual(self.facts["on_without_supply"], [26, 53])
         self.assertIn("was refused", self.facts["refused"])
         self.assertEqual(self.facts["strokes"], [1, 0])
 

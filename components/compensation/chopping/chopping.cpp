@@ -144,10 +144,11 @@ private:
                       crossing_at,
                       StrokingAxis::farthest};
         its.feed_hold = feed_hold;
-        // A trial that is over: somebody has let go of the button, or the program has died.
+        // Somebody has let go of the button, or the program has died.
         const bool untried = permission_ == hal::common<ChoppingStatus>(hal::Common::uncommissioned) ||
                              permission_ == hal::common<ChoppingStatus>(hal::Common::stage_uncommissioned);
-        its.emergency_hold = emergency_hold || (untried && !its.orders.enable);
+        its.emergency_hold = emergency_hold;
+        its.trial_over = untried && !its.orders.enable;
         its.on = motion_enabled;
         its.homed = homed;
         its.stage_limited = stage_limited;

@@ -30,6 +30,7 @@ public:
         bool returns = false;             // in this period
         Stop hold = Stop::none;           // at_once, dead_point or end_position
         Stop usual = Stop::end_position;  // if it does not run
+        bool stands = false;              // at once, also on a return
     };
 
     void start(const Settings& settings, double place, const Command& command) noexcept {
@@ -62,7 +63,8 @@ public:
         if (state_ == State::rest) return command_.rest();
         obey(now, settings);
         oscillation_.set(settings);
-        oscillation_.step(dt, passes_hold_ || forbidden_ ? Stop::none : now.hold, nodes, learned);
+        const Stop hold = passes_hold_ || forbidden_ ? Stop::none : now.hold;
+        oscillation_.step(dt, now.stands ? Stop::at_once : hold, nodes, learned);
         command_.step(oscillation_.position(), its_.lead, dt);
         if (oscillation_.state() == Oscillation::State::rest && command_.settled()) state_ = State::rest;
     }

@@ -33,6 +33,7 @@ public:
     struct Inputs {
         StrokeOrders::Given orders;
         bool feed_hold = false, emergency_hold = false;
+        bool trial_over = false;         // of plumb commission
         bool on = false, homed = false;  // the machine, the joint
         bool stage_limited = false;
         bool releasable = false;          // the offset, by its stage
@@ -241,11 +242,12 @@ private:
             !(values.exact_stop > 0) ||
             (now.measurable &&
              std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
-        motion_.step(
-            {now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given), values.stop()},
-            wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
-                return values.learn ? supervision_.learning().offset(upper, reversal, speed, way) : 0;
-            });
+        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given),
+                      values.stop(), now.given.trial_over},
+                     wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
+                         return values.learn ? supervision_.learning().offset(upper, reversal, speed, way)
+                                             : 0;
+                     });
         StrokeOffset::Period period;
         period.moves = motion_.moves();
         period.ends = moved && !period.moves;

@@ -369,7 +369,7 @@ TEST_F(ExtraJoint, AnEncoderThatFailsOrJumpsWhileOffMovesNothingUntilHomedAgain)
         bench.command("net feedback chop.joint-feedback");
         EXPECT_LE(moved_at_on(), 1 * um) << "and when it reads again";
         EXPECT_EQ(get("fault-code"), 26);
-        EXPECT_EQ(get("status-code"), 52);
+        EXPECT_EQ(get("status-code"), 53);
         EXPECT_EQ(get("place-known"), 0);
         set("run", 0);
         set("go-to-end", 1);
