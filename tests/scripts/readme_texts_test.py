@@ -18,6 +18,7 @@ from tree import BUILD, ROOT
 OTHERS = {
     "Queue is not empty after probing": "a message of LinuxCNC",
     "Probe tripped during non-probe move": "a message of LinuxCNC",
+    "Still missing": "components/commissioning/wire/plumb_wire.py",
     "Worth it": "components/commissioning/contacts/plumb_contacts.py",
     "on centre within": "components/compensation/centre_height/height_outputs.hpp",
     "Farthest beyond": "components/compensation/chopping/README.md",

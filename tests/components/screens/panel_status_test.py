@@ -468,7 +468,8 @@ class Growth(Machinery):
 
 class Chopping(Machinery):
     LINES = ("loadrt chopping names=chop", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10", "setp chop.feed 100",
-             "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1", "addf chop.update servo-thread")
+             "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1", "net z chop.command chop.joint-feedback",
+             "addf chop.update servo-thread")
 
     def test_held_at_rest_and_away_from_point_r_are_three_states(self):
         self.assert_status("chop", "off", "At rest at point R.")
