@@ -50,6 +50,21 @@ def run(name, summary, attack, setup=("product",), add_options=lambda parser: No
         sys.exit(f"scripts/campaign {name}: {error}")
 
 
+def of_tests(names, variable):
+    """The attack of tests in C++, which draw by the seed in a variable of the environment and print how many cases they tried."""
+
+    def attack(seed):
+        found = subprocess.run([os.path.join(BUILD, "tests", "tests"), "--gtest_filter=" + names], capture_output=True, text=True, check=False,
+                               env={**os.environ, variable: str(seed)})
+        tries = sum(map(int, re.findall(r"^cases: (\d+)$", found.stdout, re.M)))
+        findings = [text.strip() for text in re.findall(r"^(\S+: Failure\n.*?)(?=^\[ |^\S+: Failure)", found.stdout, re.M | re.S)]
+        if not tries or (found.returncode and not findings):
+            findings.append(f"the tests ended with status {found.returncode}: " + (found.stdout + found.stderr)[-2000:])
+        return Outcome(tries, findings)
+
+    return attack
+
+
 def seconds_of(text):
     """ "90" and "90s" -> 90, "10min" -> 600, "2h" -> 7200."""
     match = re.fullmatch(r"(\d{1,6}(?:\.\d+)?)(s|min|h)?", text)
