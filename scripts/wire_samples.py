@@ -13,7 +13,7 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
-sys.path.insert(1, os.path.join(ROOT, "hal", "client"))
+sys.path.append(os.path.join(ROOT, "hal", "client"))
 from plumb_folder import TemporaryFolder  # noqa: E402
 
 PLUMB = os.path.join(BUILD, "bin", "plumb")

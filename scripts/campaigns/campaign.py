@@ -17,7 +17,7 @@ from collections import namedtuple
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
-sys.path.insert(1, os.path.join(ROOT, "hal", "client"))  # plumb_folder, before anything is built
+sys.path.append(os.path.join(ROOT, "hal", "client"))  # plumb_folder, before anything is built
 
 # tries: how many attacks a seed stands for; findings: a list of sentences, empty if all is well.
 Outcome = namedtuple("Outcome", "tries findings")

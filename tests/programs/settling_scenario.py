@@ -112,9 +112,10 @@ class Shift(Scenario):
         self.machine.mdi("T3 M6 G43")
         self.machine.mdi("G1 X20 F3000", wait=False)
         self.machine.wait_for(lambda status: self.host.get("motion.motion-type") == linuxcnc.MOTION_TYPE_FEED, "G1")
-        self.host.set("interlock.function-switch-0", False)
+        self.host.command("unlinkp interlock.function-suspend-0")
+        self.host.set("interlock.function-suspend-0", True)  # the switch would wait until the tool is clear
         self.machine.wait_until_idle()
-        self.host.set("interlock.function-switch-0", True)
+        self.host.set("interlock.function-suspend-0", False)
 
     def in_a_cut(self):
         """Somebody sets another boring bar while it cuts."""

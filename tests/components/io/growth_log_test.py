@@ -88,7 +88,7 @@ class GrowthLog(unittest.TestCase):
         for line in glob.glob("/proc/[0-9]*/cmdline"):
             try:
                 with open(line, "rb") as file:
-                    words = file.read().decode().split("\0")
+                    words = file.read().decode(errors="replace").split("\0")
             except OSError:
                 continue
             if os.path.basename(words[0]) == "growth_log" and self.toml in words:

@@ -170,6 +170,7 @@ def in_sandbox(plan, host, words):
         spaces = ["unshare", "--user", "--map-root-user", "--mount", "--", *sandbox, plan]
         inside = ["unshare", "--user", "--map-user=%d" % os.getuid(), "--map-group=%d" % os.getgid(), "--", *host, *words]
     environment = {name: value for name, value in os.environ.items() if name not in OUTSIDE}
+    environment["XDG_STATE_HOME"] = os.path.join(OWN, "state")  # plumb-retain counts there, and HOME shows its folders read-only
     environment["PATH"] = environment.get("PATH", os.defpath) + ":" + os.path.join(OWN, "bin")
     if environment.get("HOME") in (None, "", "/") or not os.path.isdir(environment["HOME"]):
         environment["HOME"] = "/tmp"  # LinuxCNC has a file of its own there
