@@ -7,6 +7,7 @@ import re
 import unittest
 
 import wire_samples
+from tree import own_folder
 from wire_sample import Sample, read, write
 
 TWOPASS = "sim/axis/simtcl/twopass_basic.ini"
@@ -16,7 +17,10 @@ MESA = "by_interface/mesa/hm2-servo/5i20.ini"
 
 class Machines(Sample):
     def test_twopass_with_tcl_files_and_includes(self):
-        status, output, _ = self.wire(TWOPASS, "squareness")
+        home = own_folder(self)
+        os.mkdir(os.path.join(home, ".local"))  # which a trial cannot write, and plumb-retain counts there outside of one
+        status, output, _ = self.wire(TWOPASS, "squareness", HOME=home)
+        self.assertEqual(os.listdir(os.path.join(home, ".local")), [])
         self.assertEqual(status, 0, output)
         self.assertTrue(all(holds for holds, _ in wire_samples.statements(output)), output)
 
