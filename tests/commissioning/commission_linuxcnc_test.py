@@ -89,6 +89,15 @@ class Commission(unittest.TestCase):
         self.assertEqual((off, again), (before, 0))
 
 
+class CommissionStrokes(unittest.TestCase):
+    def test_a_grinder_that_is_wired_right_passes(self):
+        ini = prepared(own_folder(self), "chopping")
+        its, _output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "chopping", "right")
+        its = its["facts"]["table"]["right"]
+        self.assertTrue(its["passed"], its)
+        self.assertEqual(its["titles"][3:7], ["One slow stroke in air", "Hold", "Back to point R", "Emergency stop"])
+
+
 # By function; the words of put_... in commission_scenario.py.
 FAULTS = {
     "squareness": ("right", "sign", "second-sign", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),

@@ -91,7 +91,9 @@ class Robot:
         refused = step.begin_press()
         if refused is not None:
             step.end_press()
-            return {}
+            if isinstance(step, steps.StageMoves):  # whose finish() names it
+                return {}
+            raise RuntimeError(refused.sentence)
         for turn in range(turns):
             step.beat()
             self.machine.wait(wait)

@@ -36,7 +36,6 @@ class Strokes(OnTrial):
         if unlent is not None:
             return unlent
         rig.mdi("G21")  # the words of G81.1 are in the unit of the program
-        rig.mdi("G80.1")
         refused = super().begin_press()
         if refused is None and not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance), WAY):
             return Verdict("state", _("The axis does not return to point R."), _("Press longer, and look at the faults of the stage."))
@@ -139,10 +138,6 @@ class Return(OnTrial):
         self.picture = ("stroke", "Z")
         self.fields = (Field("read", _("Reading at point R")),)
 
-    def begin_press(self):
-        self.rig.mdi("G80.1")
-        return super().begin_press()
-
     def watch(self):
         super().watch()
         self.hint = _("Let go.") if self.rig.back_at_0(self.function, self.session.tolerance) else ""
@@ -153,6 +148,7 @@ class Return(OnTrial):
             return Verdict("stayed", _("The axis is {read} from point R.").format(read=number(values["read"], 4)), _("Look for stick and backlash."))
         if not rig.back_at_0(self.function, self.session.tolerance):
             return Verdict("stayed", _("The stroke leaves an offset behind."), _("Hold longer. Else turn the machine off and on, and home the axis."))
+        rig.mdi("G80.1")
         return good(_("The stroke has ended, and its offset is 0."))
 
 
