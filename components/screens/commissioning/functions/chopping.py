@@ -35,6 +35,7 @@ class Strokes(OnTrial):
         unlent = self.session.lend(instance, "learn", 0) if rig.get(instance, "learn") else None  # learning begins inside the dead points
         if unlent is not None:
             return unlent
+        rig.await_condition(lambda: not rig.get(rig.lock, "program-running"))  # G81.1 of the last press
         rig.mdi("G21")  # the words of G81.1 are in the unit of the program
         refused = super().begin_press()
         if refused is None and not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance), WAY):
