@@ -1050,6 +1050,7 @@ class Kill(unittest.TestCase):
     def test_at_each_step_of_its_writing_leaves_the_old_store_or_the_new_one(self):
         self.assertEqual(self.steps_of_a_write(), 11)  # one more than there are
 
+    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "a sanitizer wants to be the first that is preloaded")
     def test_at_each_step_of_writing_a_bound_store_and_its_counter_asks_nothing(self):
         folder = own_folder(self)
         machine_id = os.path.join(folder, "machine-id")
