@@ -66,7 +66,7 @@ private:
         return follows;
     }
 
-    // Whether the readings are those of an axis.
+    // Whether an axis can have moved like these readings.
     void look(const Now& now, double dt) noexcept {
         const bool counts = !now.on || since_change_ < patience;
         since_jump_ = std::min(since_jump_ + dt, 2 * patience);

@@ -121,7 +121,7 @@ private:
 
     bool ready(const Now& now) const noexcept { return now.given.on && now.given.homed && place_.known(); }
 
-    // An extra joint is where its axis is while its drive is off. LinuxCNC knows that of a joint with a
+    // An extra joint is where its axis is while its drive is off. LinuxCNC knows the place of a joint with a
     // stage.
     void stand(const Now& now, double dt) noexcept {
         const Inputs& given = now.given;
