@@ -128,7 +128,7 @@ class Session:
         """Takes back what is not finished."""
         self.rig.close()
         self.give_back()
-        if not self.done:
+        if not self.done and self.rig.await_condition(lambda: self.rig.back_at_0(self.function, self.tolerance / 10), 2):
             self.rig.switch(self.function, False)
 
 

@@ -212,7 +212,8 @@ class OtherJoint(StageMoves):
 
 
 class OnTrial(Step):
-    """The function acts while somebody presses: letting go, a dead program and the emergency stop end it in interlock."""
+    """The function acts while somebody presses: letting go, a dead program and the emergency stop end it in interlock. Its switch stays on:
+    Off would take an axis that stands in a stroke to point R."""
 
     holds = True
     measures = False  # it moves no stage, and the spindle may turn
@@ -226,8 +227,8 @@ class OnTrial(Step):
         if refused is not None:
             return refused
         self.fault, self.acted, self.hint = None, False, ""
-        self.rig.switch(self.function, True)
         self.rig.begin_trial(self.function, self.measures)
+        self.rig.switch(self.function, True)
         self.rig.await_condition(self._acts, 1)
         return None
 
@@ -249,10 +250,6 @@ class OnTrial(Step):
             if "fault" in instance.pins and self.rig.get(instance, "fault"):
                 return "%s: %s" % (instance.name, _(instance.sentence(self.rig.hal.values(), "fault-code")))
         return None
-
-    def end_press(self):
-        self.rig.end_press()
-        self.rig.switch(self.function, False)
 
     def acting(self):
         """None, or a Verdict that it did not act, or had a fault."""
