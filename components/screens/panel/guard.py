@@ -114,11 +114,13 @@ class Guard:
         ask()
 
     def _words_of_off(self, writes, moves, values):
-        """What Off moves, and when: in a program interlock holds the offset until the tool is clear."""
+        """What Off moves, and when: in a program interlock holds the offset until the tool is clear. Without interlock nobody knows when that is."""
         words = effects.in_words(moves)
-        if words and status.program_state(values) in ("running", "paused") and all(self._goes_off_clear(write, values) for write in writes):
+        if not words or status.program_state(values) == "idle":
+            return words
+        if all(self._goes_off_clear(write, values) for write in writes):
             return _("In a program the offset holds until the tool is clear, and returns then. {moves}").format(moves=words)
-        return words
+        return _("In a program the offset returns at once, also in a cut. {moves}").format(moves=words)
 
     def _goes_off_clear(self, write, values):
         function, _on = self._panel.machine.switching(write)

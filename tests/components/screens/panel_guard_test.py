@@ -46,7 +46,7 @@ class Robot:
         self.hal, self.machine, self.access, self.ini = test.hal, test.machine, access.Access(level), Ini("")
         self.settings = settings.Settings(self.hal, test.folder, "robot", "mill", settle=lambda: test.host.run(0.02))
         self.settings.keep = lambda name, keep=True: None
-        self.around, self.said = around, []
+        self.around, self.said, self.asked = around, [], []
 
     def task_values(self):
         return self.around
@@ -58,6 +58,7 @@ class Robot:
         self.said.append(text)
 
     def ask(self, text, action, do):
+        self.asked.append(text)
         do()
 
     def conflict(self):
@@ -153,6 +154,21 @@ class Said(unittest.TestCase):
                     Guard(robot).change([Write(*self.machine.owner_of(name), "0")], "Switch off")
                     self.assertFalse(self.host.get(name), (level, around, robot.said))
                     self.assertIn("The change could not be logged", " ".join(robot.said))
+
+    def test_off_that_interlock_does_not_see_returns_the_offset_in_a_program_and_says_so(self):
+        for line in ("net permit interlock.stage-permit-0 => x-stage.permit", "setp x-stage.row 0", "setp x-stage.motion-enabled 1",
+                     "setp x-stage.homed 1", "setp x-stage.offset-0 0.02"):
+            self.host.command(line)
+        for program in ("running", "paused", "idle"):
+            self.host.command("setp x-stage.enable 1")
+            self.host.run(1)
+            self.assertAlmostEqual(self.host.get("x-stage.applied-offset"), 0.02)
+            robot = Robot(self, "operator", {**READY, "task.program": program})
+            Guard(robot).change([Write(*self.machine.owner_of("x-stage.enable"), "0")], "Switch off")
+            self.host.run(0.1)
+            self.assertLess(self.host.get("x-stage.applied-offset"), 0.015)
+            self.assertEqual("In a program the offset returns at once, also in a cut." in robot.asked[0], program != "idle", robot.asked)
+            self.assertIn("It moves: x-stage", robot.asked[0])
 
 
 if __name__ == "__main__":
