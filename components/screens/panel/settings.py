@@ -293,7 +293,7 @@ class Settings:
         machine = content.get("machine") or re.sub(r'[^ -~]|["\\]', " ", self.machine_name).strip() or "machine"
         lines = ["# SPDX-License-Identifier: GPL-2.0-or-later", "# Written by plumb panel: the settings that plumb-retain keeps for it.",
                  "machine = " + json.dumps(machine)]
-        lines += ["%s = %s" % (key, json.dumps(value)) for key, value in content.items() if key in ("store", "every")]
+        lines += ["%s = %s" % (key, json.dumps(value)) for key, value in content.items() if key in ("store", "every", "bound")]
         lines += ["pins = [", *("    %s," % json.dumps(pin) for pin in pins), "]"]
         files.replace(self.kept_file, "\n".join(lines) + "\n")
 

@@ -550,6 +550,13 @@ class Keeping(WithHost):
         self.screen().keep("growth.window", keep=False)
         self.until(lambda: '"growth.window"' not in self.stored(), self.stored())
 
+    def test_a_store_that_is_bound_to_its_computer_stays_so(self):
+        with open(os.path.join(self.folder, "panel.toml"), "w") as file:
+            file.write('machine = "mill"\nbound = true\n')
+        self.screen().keep("growth.window")
+        with open(os.path.join(self.folder, "panel.toml")) as file:
+            self.assertIn("\nbound = true\n", file.read())
+
     def test_without_retain_the_screen_says_that_a_change_is_lost(self):
         self.assertIn("lost", self.screen().retain_state(self.hal.values()))
 
