@@ -78,6 +78,11 @@ class Commission(unittest.TestCase):
             self.assertEqual(ended, status, text)
             self.assertIn(words, " ".join(text.split()))
 
+    def test_after_work_on_a_drive_the_program_tries_its_stage_again(self):
+        text, _status = self.facts["again"]
+        self.assertIn("1/3  Wiring", text)
+        self.assertEqual(self.facts["after_again"], [False, True, True])
+
     def test_program_asks_in_the_terminal_and_names_the_fault(self):
         text, status = self.facts["terminal"]
         self.assertEqual(status, 1, text)

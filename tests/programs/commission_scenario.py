@@ -214,6 +214,9 @@ class Column(Machine):
         self.facts["by_hand"] = self.plumb("commission", "squareness", "--by-hand", "--who", "K. Braun")
         self.machine.wait(1)
         self.facts["doctor"] = self.plumb("doctor", "--machine")
+        self.facts["again"] = self.plumb("commission", "x-stage", "--again", "--who", "K. Braun")
+        self.facts["after_again"] = [self.host.get("interlock.%s-passed-%d" % place) == self.host.get("interlock.%s-identity-%d" % place)
+                                     for place in (("stage", 0), ("stage", 1), ("function", 0))]
         self.facts["undo"] = self.plumb("commission", "squareness", "--undo")
         self.machine.wait(1)
         self.facts["doctor_undone"] = self.plumb("doctor", "--machine")
@@ -230,7 +233,11 @@ class Column(Machine):
         process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         process.stdin.write("\n\npress\n")
         process.stdin.flush()
-        self.await_condition(lambda: abs(self.host.get("x-stage.applied-offset") - 0.01) < 1e-6, "the press")
+        try:
+            self.await_condition(lambda: abs(self.host.get("x-stage.applied-offset") - 0.01) < 1e-6, "the press")
+        except RuntimeError as error:
+            process.kill()
+            raise RuntimeError("%s: %s" % (error, process.communicate()[0])) from None
         process.stdin.write("let go\n")
         process.stdin.flush()
         self.await_condition(lambda: self.host.get("x-stage.applied-offset") == 0, "the return")

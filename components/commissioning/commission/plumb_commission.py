@@ -29,7 +29,7 @@ FUNCTIONS = os.path.join(SHARE, "functions")
 def main():
     parser = argparse.ArgumentParser(prog="plumb commission", description=SUMMARY[0].upper() + SUMMARY[1:] + ".")
     parser.add_argument("--summary", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("function", nargs="?", metavar="NAME", help="such as squareness, or the name of its instance")
+    parser.add_argument("function", nargs="?", metavar="NAME", help="such as squareness, or the name of its instance; with --again a stage, too")
     parser.add_argument("--ini", metavar="FILE.ini", help="INI file of the machine; default: the running LinuxCNC's")
     parser.add_argument("--records", metavar="DIR", help="folder of the records and sheets; by default plumb beside the INI file")
     parser.add_argument("--who", metavar="NAME", help="who signs")
@@ -39,6 +39,8 @@ def main():
     action.add_argument("--state", action="store_true", help="show the functions and stages that have passed, and each later change")
     action.add_argument("--by-hand", action="store_true", help="let the function and its stages pass without a step; the sheet says by whom")
     action.add_argument("--accept", action="store_true", help="take over what passed on another computer, or an older copy of it")
+    action.add_argument("--again", action="store_true",
+                        help="after work on a drive, encoder or screw: take the pass of a function or a stage back, and begin its steps")
     action.add_argument("--undo", action="store_true", help="take the function and its stages back: they are held again")
     action.add_argument("--pictures", metavar="DIR", help="write the drawings of all steps, as SVG files")
     parser.add_argument("--rows", action="store_true", help=argparse.SUPPRESS)  # of --state, for plumb doctor
@@ -63,13 +65,15 @@ def main():
         if options.accept:
             return machine.accept()
         function = machine.rig.function(options.function) if options.function else None
+        if options.again and options.function:
+            return Terminal(machine, *machine.rig.place(options.function), options).run()
         if function is None:
             return refuse(_("name the function: {names}").format(names=", ".join(place.module for place in machine.rig.functions) or _("none is loaded")), 2)
         if options.undo:
             return machine.undo(function)
         if options.by_hand:
             return machine.by_hand(function, options.who)
-        return Terminal(machine, function, options).run()
+        return Terminal(machine, function, None, options).run()
     except (NotReady, RuntimeError, ValueError, OSError) as error:
         return refuse(str(error), 1)
     finally:
@@ -143,15 +147,13 @@ class Running:
             if not self.rig.is_commissioned(place):
                 if not self.rig.await_condition(lambda place=place: self.rig.identity(place) != 0, 5):
                     return refuse(_("interlock does not know the wiring of {name}").format(name=place.name), 1)
-                self.rig.let_pass(place)
                 self.records.note(self.rig, place, who, [], 0, by_hand=True)
+                self.rig.let_pass(place)
         self.told(function)
         return 0
 
     def undo(self, function):
-        for place in [function, *self.rig.stages_of(function)]:
-            self.rig.take_back(place)
-            self.records.forget(place)
+        self.records.take_back(self.rig, [function, *self.rig.stages_of(function)])
         print(_("{name} and its stages are held again.").format(name=function.name))
         return 0
 
@@ -185,15 +187,15 @@ def mdi(line, stays=False):
 class Terminal:
     """Asks in the terminal; from a pipe, a line for each question."""
 
-    def __init__(self, machine, function, options):
-        self.machine, self.function, self.options = machine, function, options
+    def __init__(self, machine, function, stage, options):
+        self.machine, self.function, self.stage, self.options = machine, function, stage, options
         self.is_terminal, self.typed = sys.stdin.isatty(), ""
 
     def run(self):
         from commissioning.session import Session
 
         who = self.options.who or self.ask(_("Your name, for the sheet [{user}]").format(user=getpass.getuser())) or getpass.getuser()
-        session = Session(self.machine.rig, self.function, self.machine.records, who, self.options.tolerance)
+        session = Session(self.machine.rig, self.function, self.machine.records, who, self.options.tolerance, self.stage, self.options.again)
         try:
             while not session.done:
                 if not self.work(session):
@@ -204,7 +206,7 @@ class Terminal:
             return 1
         finally:
             session.close()
-        print(_("{name} has passed, and may act.").format(name=self.function.name))
+        print(_("{name} has passed, and may act.").format(name=session.place.name))
         self.machine.told(self.function)
         return 0
 

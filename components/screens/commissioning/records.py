@@ -44,10 +44,13 @@ class Records:
         }
         self._write(places)
 
-    def forget(self, place):
-        places = self.all()
-        if places.pop(place.key, None) is not None:
-            self._write(places)
+    def take_back(self, rig, places):
+        """Functions and stages that have not passed any more."""
+        for place in places:
+            rig.take_back(place)
+        kept = self.all()
+        if any([kept.pop(place.key, None) for place in places]):
+            self._write(kept)
 
     def _write(self, places):
         os.makedirs(self.folder, exist_ok=True)
@@ -97,7 +100,8 @@ def findings(rig, records):
     rows = [("wrong", doubt, "plumb commission --accept") for doubt in rig.doubts()]
     for place in [*rig.stages, *rig.functions]:
         its, name = places.get(place.key), "%s %s" % (_(place.kind), place.name)
-        command = "plumb commission %s" % (place.module if place.kind == "function" else _function_of(rig, place))
+        function = place if place.kind == "function" else rig.function_of(place)
+        command = "plumb commission %s" % (function.module if function else "NAME")
         if rig.is_commissioned(place):
             rows.append(("ok", "%s: %s" % (name, passed_words(its, rig.identity(place))), ""))
             rows += [("note", "%s: %s" % (name, change), "") for change in changes(rig, place, its)[:MOST_SHOWN] if its]
@@ -107,10 +111,6 @@ def findings(rig, records):
         else:
             rows.append(("wrong", _("{name} has not passed, and is held.").format(name=name), command))
     return rows
-
-
-def _function_of(rig, stage):
-    return next((function.module for function in rig.functions if stage.name in [each.name for each in rig.stages_of(function)]), "NAME")
 
 
 def passed_words(its, identity):

@@ -84,6 +84,20 @@ class Rig:
         its = self.get(self.lock, "function-stages-%d" % function.number)
         return [stage for stage in self.stages if int(its) >> stage.number & 1]
 
+    def place(self, name):
+        """A function and None, or the first function of a stage and the stage. Raises NotReady."""
+        function = self.function(name)
+        stage = next((stage for stage in self.stages if stage.name == name), None)
+        if function is None and stage is not None:
+            function = self.function_of(stage)
+        if function is None:
+            raise NotReady(_("No function or stage is named {name}.").format(name=name))
+        return function, stage
+
+    def function_of(self, stage):
+        """The first one whose offset the stage applies; None without one."""
+        return next((function for function in self.functions if stage.name in [each.name for each in self.stages_of(function)]), None)
+
     # --- values ---
 
     def get(self, instance, short):

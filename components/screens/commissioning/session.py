@@ -14,9 +14,10 @@ TOLERANCE = 0.0025  # mm, of a reading: what the indicator can show
 
 
 class Session:
-    """`records` is Records; `who` signs; `tolerance` is the tolerance of a reading, in machine units."""
+    """`records` is Records; `who` signs; `tolerance` is the tolerance of a reading, in machine units. With a `stage` it tries this stage alone,
+    by its function's wiring; with `again` all that it tries has not passed any more."""
 
-    def __init__(self, rig, function, records, who, tolerance=None):
+    def __init__(self, rig, function, records, who, tolerance=None, stage=None, again=False):
         if rig.identity(function) == 0 and rig.is_required():
             rig.await_condition(lambda: rig.identity(function) != 0)
         if not rig.is_required():
@@ -27,8 +28,11 @@ class Session:
             raise NotReady(_("A tolerance of {tolerance} tries nothing: it must be above 0, and at most {most}.").format(
                 tolerance=number(self.tolerance), most=number(steps.LARGER[-1] / SHOWN * rig.unit)))
         self.log = []  # a dictionary for each answer
-        self._first, self._changed, self._untried = {}, set(), []
+        self._first, self._changed, self._untried, self._tried = {}, set(), [], set()
         self.began = time.time()
+        self.stage, self.place = stage, stage or function
+        if again:
+            records.take_back(rig, [stage] if stage else [function, *rig.stages_of(function)])
         self.give_back()
         self._left = self._plan()
         self.step = self._left.pop(0)
@@ -37,8 +41,11 @@ class Session:
 
     def _plan(self):
         its = importlib.import_module("commissioning.functions." + self.function.module)
-        todo = [stage for stage in self.rig.stages_of(self.function) if not self.rig.is_commissioned(stage)]
-        plan = [steps.Wiring(self), steps.AtRest(self), *(steps.StageMoves(self, stage) for stage in todo), *its.steps(self)]
+        todo = [self.stage] if self.stage else [stage for stage in self.rig.stages_of(self.function) if not self.rig.is_commissioned(stage)]
+        plan = [steps.Wiring(self), steps.AtRest(self), *(steps.StageMoves(self, stage) for stage in todo)]
+        if self.stage:
+            return plan
+        plan += its.steps(self)
         if not its.MOVES_NOTHING:
             return [*plan, steps.InAir(self), steps.OffAndOn(self), steps.EmergencyStop(self), steps.OnAgain(self), steps.Undo(self)]
         return [*plan, steps.Off(self)]
@@ -57,7 +64,7 @@ class Session:
         """Judges the present step; goes on if it passed. Returns its Verdict."""
         step = self.step
         self.look()
-        identity = self.rig.identity(self.function)
+        identity = self.rig.identity(self.place)
         wrong = next((name for name, value in values.items() if not math.isfinite(value)), None)
         verdict = Verdict("state", _("{value} is no reading.").format(value=values[wrong]), _("Enter it again.")) if wrong else step.finish(values)
         self.log.append({"title": step.title, "read": dict(values), "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy,
@@ -72,7 +79,8 @@ class Session:
         if self._left:
             self._next()
             return verdict
-        if self.rig.identity(self.function) != identity or not all(self.rig.is_commissioned(stage) for stage in self.rig.stages_of(self.function)):
+        stages = [self.stage] if self.stage else self.rig.stages_of(self.function)
+        if self.rig.identity(self.place) != identity or not all(self.rig.is_commissioned(stage) for stage in stages):
             return Verdict("state", _("The wiring changed meanwhile."), _("Begin again."))
         self._pass()
         return verdict
@@ -96,14 +104,17 @@ class Session:
         self.step.begin()
 
     def _pass(self):
-        self.rig.let_pass(self.function)
-        self.records.note(self.rig, self.function, self.who, self.log, self.tolerance, minutes=(time.time() - self.began) / 60,
-                          untried=self._all_untried())
+        if not self.stage:
+            self._let_pass(self.function, minutes=(time.time() - self.began) / 60, untried=self._all_untried())
         self.done = True
 
     def pass_stage(self, stage):
-        self.rig.let_pass(stage)
-        self.records.note(self.rig, stage, self.who, self.log, self.tolerance)
+        self._let_pass(stage)
+
+    def _let_pass(self, place, **more):
+        """The record comes first: nothing acts whose record could not be written."""
+        self.records.note(self.rig, place, self.who, self.log, self.tolerance, **more)
+        self.rig.let_pass(place)
 
     def lend(self, instance, short, value):
         """A setting for one step: it is as before after give_back(), and after a kill when the next session begins. Returns None, or a

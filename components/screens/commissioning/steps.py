@@ -73,14 +73,14 @@ class Wiring(Step):
         super().__init__(session)
         self.title = _("Wiring")
         self.look = _("The program looks at the order of the functions, at the nets and at the joints. It switches the function off: an offset of the "
-                      "function returns to 0. The function has not passed until it passes again.")
+                      "function returns to 0. {name} has not passed until it passes again.").format(name=session.place.name)
         self.back = _("Correct the HAL files, and start LinuxCNC again.")
 
     def finish(self, values):
         fault = self.rig.wiring_verdict(self.function)
         if fault:
             return fault
-        self.rig.take_back(self.function)
+        self.rig.take_back(self.session.place)
         self.rig.switch(self.function, False)
         if not self.rig.await_condition(lambda: not self.rig.is_on(self.function), 1):
             return Verdict("state", _("The function is switched on."), _("Turn its switch off."))

@@ -71,11 +71,16 @@ class Commissioning(Page):
             self._box.show_all()
             return
         if rig.doubts():
-            self._box.pack_start(flow(button(_("It is this machine: take over what passed"), self._accept)), False, False, 0)
+            self._box.pack_start(flow(self._button(_("It is this machine: take over what passed"), self._accept)), False, False, 0)
         if rig.is_required():
             self._box.pack_start(label(_("A function acts only after it has passed here. Each step says what to do, and the way back."), "soft"), False, False, 0)
-            buttons = [button(_("Begin {name}").format(name=place.name), lambda place=place: self._begin(place.name)) for place in rig.functions]
-            self._box.pack_start(flow(*buttons), False, False, 0)
+            passed = [place for place in (*rig.functions, *rig.stages) if rig.is_commissioned(place)]
+            self._box.pack_start(flow(*(self._button(_("Begin {name}").format(name=place.name), lambda place=place: self._begin(place.name))
+                                        for place in rig.functions if place not in passed)), False, False, 0)
+            if passed:
+                self._box.pack_start(label(_("After work on drive, encoder or screw: try again."), "soft"), False, False, 0)
+                self._box.pack_start(flow(*(button(_("Try {name} again").format(name=place.name), lambda place=place: self._ask_to_try_again(place.name))
+                                            for place in passed)), False, False, 0)
         for kind, sentence, _command in rows:
             verdict = Verdict()
             verdict.show_verdict(KINDS[kind], sentence)
@@ -83,34 +88,27 @@ class Commissioning(Page):
         self._box.show_all()
 
     def _accept(self):
-        why = self.panel.access.refusal("integrator")
-        if why:
-            self.panel.say(_("{action}: refused. {why}").format(action=self.title, why=why), "warn")
-            return
-        try:
-            rig = self._rig()
-            rig.answer("accept")
-            taken = rig.await_condition(lambda: not rig.doubts())
-            self.panel.say(_("What passed counts again on this computer.") if taken else " ".join(rig.doubts()), "good" if taken else "bad")
-        except (NotReady, KeyError, ValueError, OSError, RuntimeError) as error:
-            self.panel.say(str(error), "bad")
+        rig = self._rig()
+        rig.answer("accept")
+        taken = rig.await_condition(lambda: not rig.doubts())
+        self.panel.say(_("What passed counts again on this computer.") if taken else " ".join(rig.doubts()), "good" if taken else "bad")
         self._show_state()
+
+    def _button(self, text, work):
+        return button(text, lambda: self.panel.guard.at_once(self.title, work, "integrator"))
 
     # --- the steps ---
 
-    def _begin(self, name):
-        why = self.panel.access.refusal("integrator")
-        if why:
-            self.panel.say(_("{action}: refused. {why}").format(action=self.title, why=why), "warn")
-            return
-        try:
-            rig = self._rig()
-            user = self.panel.settings.who
-            self._session = Session(rig, rig.function(name), self._records(), user)
-        except (NotReady, KeyError, ValueError, OSError, RuntimeError) as error:
-            self.panel.say(str(error), "bad")
-            return
+    def _begin(self, name, again=False):
+        rig = self._rig()
+        function, stage = rig.place(name)
+        self._session = Session(rig, function, self._records(), self.panel.settings.who, stage=stage, again=again)
         self._show_step(None)
+
+    def _ask_to_try_again(self, name):
+        question = _("Try {name} again? It is held until it has passed, and its offset returns to 0.").format(name=name)
+        self.panel.guard.once_asked(lambda: (question, []), _("Try again"), lambda: self._begin(name, again=True), "integrator", must_be_safe=False,
+                                    must_be_idle=True)
 
     def _show_step(self, verdict):
         session, step = self._session, self._session.step
@@ -237,7 +235,7 @@ class Commissioning(Page):
             path, _text = session.records.sheets(session.rig, session.function)
             session.close()
             self._session = None
-            self.panel.say(_("{name} has passed, and may act. The sheet to sign: {path}").format(name=session.function.name, path=path))
+            self.panel.say(_("{name} has passed, and may act. The sheet to sign: {path}").format(name=session.place.name, path=path))
             self._show_state()
         else:
             self._show_step(verdict)
