@@ -141,13 +141,17 @@ class Return(OnTrial):
 
     def watch(self):
         super().watch()
-        self.hint = _("Let go.") if self.rig.back_at_0(self.function, self.session.tolerance) else ""
+        self.hint = _("Let go.") if self._is_there() else ""
+
+    def _is_there(self):
+        """G80.1 waits for strokes that have not come to their end."""
+        return not self.rig.get(self.function.instance, "active") and self.rig.back_at_0(self.function, self.session.tolerance)
 
     def finish(self, values):
         rig = self.rig
         if not abs(values["read"]) <= 3 * self.session.tolerance:
             return Verdict("stayed", _("The axis is {read} from point R.").format(read=number(values["read"], 4)), _("Look for stick and backlash."))
-        if not rig.back_at_0(self.function, self.session.tolerance):
+        if not self._is_there():
             return Verdict("stayed", _("The stroke leaves an offset behind."), _("Hold longer. Else turn the machine off and on, and home the axis."))
         rig.mdi("G80.1")
         return good(_("The stroke has ended, and its offset is 0."))
