@@ -196,6 +196,13 @@ class Column(Machine):
         self.host.set("square.ea0y", -its)
         return ["setp square.ea0y %r" % its]
 
+    def put_position(self):
+        """The position of X has the wrong sign, which no tilt of this machine shows."""
+        signal = self.signal_of("square.x-position")
+        self.do("unlinkp square.x-position; setp spare.in1 -1; net %s spare.in0; net turned spare.out square.x-position" % signal)
+        self.do("addf spare servo-thread 1")
+        return ["delf spare servo-thread; unlinkp square.x-position; unlinkp spare.in0; unlinkp spare.out; net %s square.x-position" % signal]
+
     def put_other_source(self):
         """Another source of a stage under trial asks for more than the trial."""
         self.do("setp x-stage.offset-1 0.9")

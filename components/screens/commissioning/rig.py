@@ -12,6 +12,7 @@ from panel.texts import _
 
 LOOK = 0.02  # s between two looks
 RETURN = 10  # s for an offset to come or to go
+MDI = 1  # s for which LinuxCNC's task shows a line of MDI as a program
 ANSWER = 0.5  # s in which plumb-retain sees a pin
 SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
@@ -21,6 +22,8 @@ JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "joint-command"
 JOINT_OUTPUTS = ("drive-command", "joint-feedback")
 AXIS_INPUTS = ("permit", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
 AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable")
+STAGE_REPORTS = ("in-force", "ramping", "limited")  # of a stage, to its row of interlock
+OF_LINUXCNC = re.compile(r"(joint|axis|motion|spindle|halui|iocontrol|ini)\.")
 
 
 class NotReady(RuntimeError):
@@ -176,7 +179,7 @@ class Rig:
             found.append(_("The machine is off: turn it on."))
         if not self.get(self.lock, "all-homed"):
             found.append(_("The machine is not homed: home all axes."))
-        if self.get(self.lock, "program-running"):
+        if not self.await_condition(lambda: not self.get(self.lock, "program-running"), MDI):
             found.append(_("A program runs: end it."))
         if not measures and self.get(self.lock, "spindle-speed") != 0:
             found.append(_("The spindle turns: stop it."))
@@ -193,6 +196,10 @@ class Rig:
     def places(self):
         """Where the joints are measured."""
         return [float(self.hal.get(pin)) for pin in self.machine.pins if re.fullmatch(r"joint\.\d+\.pos-fb", pin)]
+
+    def place_of_joint(self, letter):
+        """Where LinuxCNC has the joint of an axis."""
+        return float(self.hal.get("joint.%d.pos-fb" % self.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "").find(letter)))
 
     def await_condition(self, condition, seconds=RETURN):
         """Whether it came in time. A trial goes on meanwhile."""
@@ -216,7 +223,22 @@ class Rig:
         if missing:
             shown = ", ".join(missing[:MOST_SHOWN]) + (", ..." if len(missing) > MOST_SHOWN else "")
             return Verdict("net", _("A net is missing, or nothing writes it: {pins}.").format(pins=shown), _("Net it, as in the files of plumb wire."))
-        return self._swapped(function)
+        return self._of_another_row() or self._swapped(function)
+
+    def _of_another_row(self):
+        """A net between a row of interlock and another stage or function than the row's."""
+        rows = {(place.kind, place.number): place for place in (*self.stages, *self.functions)}
+        places = {place.name: place for place in rows.values()}
+        for pin in self.machine.pins.values():
+            found = re.fullmatch(re.escape(self.lock.name) + r"\.(stage|function)-[a-z-]+-(\d+)", pin.name)
+            others = () if not found else self._readers(pin) if pin.output else [self.machine.writer(pin.name)]
+            for other in others:
+                owner, _short = self.machine.owner_of(other)
+                its = places.get(owner.name) if owner is not None else None
+                if its is not None and its.kind == found[1] and its.number != int(found[2]):
+                    return Verdict("net", _("{pin} is netted to {other}, which has the row {row}.").format(pin=pin.name, other=other, row=its.number),
+                                   _("Net {pin} to its own stage or function, as in the files of plumb wire.").format(pin=pin.name))
+        return None
 
     def missing_nets(self, function):
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
@@ -233,6 +255,8 @@ class Rig:
             inputs, outputs = (JOINT_INPUTS, JOINT_OUTPUTS) if stage.module == "joint_offset" else (AXIS_INPUTS, AXIS_OUTPUTS)
             missing += [stage.instance.full(short) for short in inputs if not self._writer(self.machine.pins[stage.instance.full(short)])]
             missing += [stage.instance.full(short) for short in outputs if not self._readers(self.machine.pins[stage.instance.full(short)])]
+            reports = (self.machine.pins.get(self.lock.full("stage-%s-%d" % (report, stage.number))) for report in STAGE_REPORTS)
+            missing += [pin.name for pin in reports if pin and not self._writer(pin)]
         for short, _letter, pin in self._outputs_of(function):
             if not self._stages_at(pin):
                 missing.append(pin.name)
@@ -322,7 +346,28 @@ class Rig:
                 sentence = _("{stage} stands at joint {joint}, which is {its}: the joints are swapped.")
                 return Verdict("joint", sentence.format(stage=stage.name, joint=joint, its=coordinates[joint]),
                                _("Net it to the joint of {letter}.").format(letter=letter))
+            for short, pin in stage.instance.pins.items():
+                for other in () if joint is None else self._readers(pin) if pin.output else [self.machine.writer(pin.name)]:
+                    found = re.match(r"joint\.(\d+)\.", other)
+                    if found and int(found[1]) != joint:
+                        return Verdict("joint", _("{pin} is netted to {other}, and {stage} stands at joint {joint}.").format(
+                            pin=pin.name, other=other, stage=stage.name, joint=joint), _("Net it to the joint of the stage."))
         return None
+
+    def through_others(self, function):
+        """Inputs that neither LinuxCNC nor Plumb writes, with the pin that does: its scale and its sign are somebody else's."""
+        found = {}
+        for place, shorts in [(function, [short for short, _letter in self._nets_of(function)]),
+                              *((stage, JOINT_INPUTS if stage.module == "joint_offset" else AXIS_INPUTS) for stage in self.stages_of(function))]:
+            for short in shorts:
+                pin = self.machine.pins.get(place.instance.full(short))
+                writer = self.machine.writer(pin.name) if pin and not pin.output and short != "drive-feedback" else ""
+                if writer and not OF_LINUXCNC.match(writer) and self.machine.owner_of(writer)[0] is None:
+                    found[pin.name] = writer
+            command = place.instance.full("drive-command")
+            if self.machine.writer(place.instance.full("drive-feedback")) == command and self.has(command):
+                found[place.instance.full("drive-feedback")] = command
+        return found
 
     # --- trials ---
 

@@ -95,9 +95,15 @@ class Session:
         """A line for the sheet."""
         self._untried.append(what)
 
+    def has_tried(self, pin):
+        """An input of which a reading has shown scale and sign."""
+        self._tried.add(pin)
+
     def _all_untried(self):
         still = sorted(self._first.keys() - self._changed)
-        return self._untried + [_("{pin}: its value did not change").format(pin=name) for name in still]
+        through = sorted(pair for pair in self.rig.through_others(self.function).items() if pair[0] not in self._tried)
+        return self._untried + [_("{pin}: its value did not change").format(pin=name) for name in still] + [
+            _("{pin}: scale and sign of {other}").format(pin=name, other=other) for name, other in through]
 
     def _next(self):
         self.step = self._left.pop(0)

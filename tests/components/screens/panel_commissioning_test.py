@@ -194,11 +194,23 @@ class Commissioning(unittest.TestCase):
     def test_a_rotary_axis_of_the_chain_needs_its_nets(self):
         with open(self.ini, "a") as file:
             file.write("[SQUARENESS]\nROTARY = A\n")
+        self.wiring_is_refused("A net is missing, or nothing writes it: square.a-position, square.a-velocity.")
+
+    def test_a_net_to_another_row_of_interlock_is_named(self):
+        for line in ("unlinkp x-stage.permit", "unlinkp y-stage.permit", "net x-permit y-stage.permit", "net y-permit x-stage.permit"):
+            self.host.command(line)
+        self.wiring_is_refused("interlock.stage-permit-0 is netted to y-stage.permit, which has the row 1.")
+
+    def test_a_stage_whose_offset_interlock_does_not_see_is_named(self):
+        self.host.command("unlinkp interlock.stage-in-force-1")
+        self.wiring_is_refused("A net is missing, or nothing writes it: interlock.stage-in-force-1.")
+
+    def wiring_is_refused(self, words):
         finger = self.panel()
         finger.press("Commissioning")
         finger.press("Begin square")
         finger.press("Go on")
-        finger.await_text("A net is missing, or nothing writes it: square.a-position, square.a-velocity.")
+        finger.await_text(words)
 
     def test_what_the_panel_cannot_draw_it_says(self):
         breaks = os.path.join(self.folder, "breaks.py")

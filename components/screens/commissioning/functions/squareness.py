@@ -28,9 +28,10 @@ class Move:
         self.start = self.end = None
 
     def look(self, session):
-        """Place and errors now."""
+        """Place and errors now, and the place of the joint; None where the kinematics do not say which one it is."""
         rig, instance = session.rig, session.function.instance
-        return float(rig.get(instance, self.letter.lower() + "-position")), [float(rig.get(instance, short)) for short in ERRORS]
+        return (float(rig.get(instance, self.letter.lower() + "-position")), [float(rig.get(instance, short)) for short in ERRORS],
+                rig.place_of_joint(self.letter) if rig.ini.get("KINS", "KINEMATICS", "").startswith("trivkins") else None)
 
     @property
     def travel(self):
@@ -104,6 +105,12 @@ class End(Step):
         self.move.end = self.move.look(self.session)
         if abs(self.move.travel) < SHORTEST * self.unit:
             return Verdict("state", _("{axis} did not move so far.").format(axis=self.move.letter), _("Move it by at least {least} mm.").format(least=SHORTEST))
+        if self.move.end[2] is not None:
+            pin = self.function.instance.full(self.move.letter.lower() + "-position")
+            verdict = judge(self.move.end[2] - self.move.start[2], self.move.travel, 0.1 * self.unit, pin)
+            if not verdict.passed:
+                return verdict
+            self.session.has_tried(pin)
         return good(_("Errors by the tilts: {errors}.").format(errors="; ".join(error.name for error in self.errors()) or _("none")))
 
     def following(self, verdict):

@@ -44,6 +44,8 @@ class Load(Step):
         if verdict.fault in ("", "size", "nothing") and not follows and abs(values["shown"]) > 3:
             return Verdict("nothing", _("The load does not follow the spindle: {rest} at rest, {load} now.").format(
                 rest=number(self.at_rest, 3), load=number(load, 3)), _("Net the load of the spindle, not another signal."))
+        if verdict.passed:
+            self.session.has_tried(instance.full("load"))
         return verdict
 
 
@@ -78,10 +80,9 @@ class Touch(OnTrial):
         self.picture = ("touch", "Z")
 
     def begin(self):
-        self.unlent = self.session.lend(self.function.instance, "dry-run", 1)
-        self.rig.mdi("M68 E0 Q%d" % OPERATION)
-        self.begin_press()
-        self.rig.mdi("M64 P0")
+        self.refused = self.session.lend(self.function.instance, "dry-run", 1) or self.begin_press()
+        for line in ("M68 E0 Q%d" % OPERATION, "M64 P0"):
+            self.rig.mdi(line)
         self.before = int(self.rig.get(self.function.instance, "contacts"))
 
     def finish(self, values):
@@ -89,13 +90,13 @@ class Touch(OnTrial):
         count = int(rig.get(instance, "contacts")) - self.before
         self.end_press()
         rig.mdi("M65 P0")
-        if self.unlent is not None:
-            return self.unlent
-        if count < 1:
-            refused = self.acting()
+        refused = self.refused
+        if refused is None and count < 1:
+            refused = self.acting() or Verdict("nothing", _("No contact was seen."), _(
+                "Check threshold and release against the rise of the load, {pin}.").format(pin=instance.full("load")))
+        if refused is not None:
             self.begin()
-            return refused or Verdict("nothing", _("No contact was seen."),
-                                      _("Check threshold and release against the rise of the load, {pin}.").format(pin=instance.full("load")))
+            return refused
         rig.mdi("M68 E0 Q0")
         self.session.give_back()
         return good(_("Contacts: {count}, the last one at {place}.").format(count=count, place=number(float(rig.get(instance, "contact-coordinate")))))

@@ -16,9 +16,8 @@ def steps(session):
 def _places(step):
     """The measured positions without compensation, and the positions of LinuxCNC's joints: X, Y and Z."""
     rig, instance = step.rig, step.function.instance
-    coordinates = rig.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "")
     measured = [float(rig.get(instance, letter + "-position")) - float(rig.get(instance, letter + "-offset")) for letter in "xyz"]
-    return measured, [float(rig.hal.get("joint.%d.pos-fb" % coordinates.find(letter))) for letter in "XYZ"]
+    return measured, [rig.place_of_joint(letter) for letter in "XYZ"]
 
 
 class Here(Step):
