@@ -11,14 +11,26 @@ class Prepared:
     """A configuration: its stages in the order of their numbers, its drives (letter, command, feedback), and inputs that a fault scales, with
     their signals."""
 
-    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,)):
+    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,), strokes=False):
         self.configuration, self.ini, self.stages, self.drives, self.inputs = configuration, ini, stages, drives, inputs
-        self.programs, self.switches = programs, switches
+        self.programs, self.switches, self.strokes = programs, switches, strokes
 
 
 def portal_drives():
     return [(letter, "portal.%s-position-cmd" % letter, "portal.%s-position" % letter) for letter in "xyz"]
 
+
+# On the mill, Z strokes, too: functions that share the stage of Z, and others that share none.
+CHOPPING = (
+    "net z-measured joint.2.pos-fb", "net z-released z-stage.released", "net z-chop => z-stage.offset-1",
+    "setp interlock.function-stages-2 4", "setp interlock.function-services-2 48", "setp interlock.function-urgent-2 48",
+    "net chop-on interlock.function-enable-2", "net chop-permission interlock.function-status-2", "net chop-active => interlock.function-busy-2",
+    "net chop-waits => interlock.function-settling-2", "setp z-stage.release-at-off-1 1", "setp z-stage.max-offset 5", "setp z-stage.max-rate 2",
+    "setp chop.max-feed 2", "setp chop.max-acceleration 20", "setp chop.jerk-time 0.02", "setp chop.max-following-error 1",
+    "setp chop.min-limit [JOINT_2]MIN_LIMIT", "setp chop.max-limit [JOINT_2]MAX_LIMIT", "setp chop.taper 3",
+)
+STROKES = ["SUBROUTINE_PATH = .:functions/thermal_displacement:functions/chopping", "REMAP = G81.1 modalgroup=1 argspec=ZQrpijkdefxyabcuvwhl ngc=g811",
+           "REMAP = G80.1 modalgroup=1 argspec=kp ngc=g801", "PARAMETER_FILE = /dev/shm/linuxcnc.var"]
 
 MACHINES = {
     "squareness": Prepared("portal", "column.ini", ("x-stage", "y-stage", "z-stage"), portal_drives()),
@@ -28,6 +40,8 @@ MACHINES = {
                                                                   ("y", "y-drive.in", "y-drive.out")]),
     "centre_height": Prepared("lathe", "lathe.ini", inputs=[("centre.diameter", "gauge-diameter"), ("centre.y-position-0", "y-position")],
                               programs=("commission_height.ngc",)),
+    "shop": Prepared("mill", "mill.ini", ("x-stage", "y-stage", "z-stage", "z-axis-stage"), portal_drives(), [("growth.load", "spindle-load")],
+                     switches=(0, 1), strokes=True),
     "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
 }
 
@@ -50,8 +64,20 @@ def prepared(folder, function):
     for number, stage in enumerate(its.stages):
         lines.append("net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage))
     lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
+    lines += CHOPPING if its.strokes else ()
     with open(os.path.join(machine, "commissioning.hal"), "w") as file:
         file.write("\n".join(lines) + "\n")
     for program in its.programs:
         shutil.copy(os.path.join(linuxcnc_runs.PROGRAMS, program), machine)
-    return linuxcnc_runs.own_ini(os.path.join(machine, its.ini), HAL=linuxcnc_runs.at_the_end("HALFILE = commissioning.hal"))
+    own, files = {}, ["commissioning.hal"]
+    if its.strokes:
+        own["RS274NGC"] = STROKES
+        its_folder = os.path.join(machine, "functions", "chopping")
+        shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", "chopping"), its_folder)
+        with open(os.path.join(its_folder, "chopping_messages.toml")) as messages, open(os.path.join(machine, "messages.toml"), "a") as file:
+            text = messages.read()
+            file.write(text[text.index("[[message]]") :])
+        with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:
+            file.write(order.read().replace("  square.update\n", "  square.update\n  chop.update\n"))
+        files = ["functions/chopping/chopping.hal", "commissioning.hal", "shop_order.tcl"]
+    return linuxcnc_runs.own_ini(os.path.join(machine, its.ini), HAL=linuxcnc_runs.at_the_end(*("HALFILE = " + name for name in files)), **own)

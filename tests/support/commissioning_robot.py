@@ -32,6 +32,7 @@ class Robot:
         self.hal = Hal()
         self.records = Records(os.path.join(os.getcwd(), "plumb"), "simulated")
         self.known = declared.read_all(SHARE)[0]
+        self.presses, self.crept = 0, 0.0
 
     def rig(self):
         status = self.machine.poll()
@@ -70,7 +71,7 @@ class Robot:
                 sheet = file.read()
         effort = {"presses": self.presses, "readings": sum(len(entry["read"]) for entry in session.log), "steps": len(session.log),
                   "seconds": self.host.time - began}
-        return {"effort": effort, "sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
+        return {"effort": effort, "crept": self.crept, "sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
                 "acts": bool(rig.get(rig.lock, "function-enable-%d" % function.number)), "commissioned": rig.is_commissioned(function),
                 "titles": [entry["title"] for entry in session.log], "sentences": [entry["sentence"] for entry in session.log]}
 
@@ -103,6 +104,12 @@ class Robot:
         step.end_press()
         self.machine.wait(1)
         return {}
+
+    def creeps(self, letter, seconds):
+        """How far an axis goes by itself."""
+        place = self.place(letter)
+        self.machine.wait(seconds)
+        return abs(self.place(letter) - place)
 
     def hold(self, step, letter):
         """Presses for two seconds. Returns the readings of an indicator at an axis."""
@@ -157,6 +164,7 @@ def _square(robot, step):
 
 
 def _without(robot, session, step):
+    _go(robot, "G53 G1 F%g %s%.4f" % (2000 * session.rig.unit, step.move.letter, step.move.end[0]))
     robot.square_zero = 0.0
     robot.square_zero = _square(robot, step)
     _go(robot, "G53 G1 F%g %s%.4f" % (2000 * session.rig.unit, step.move.letter, step.move.start[0]))
@@ -219,13 +227,13 @@ def _stroke(robot, session, step):
     robot.stroke_zero = robot.place("Z")
     places = []
     robot.press(step, lambda _turn: places.append(robot.place("Z") - robot.stroke_zero), 500, 0.02)
-    robot.machine.wait(5)
+    robot.crept = robot.creeps("Z", 5)
     return {"upper": max(places), "lower": min(places)}
 
 
 def _hold_the_stroke(robot, session, step):
     robot.press(step, lambda _turn: None, 300)
-    robot.machine.wait(5)
+    robot.crept = max(robot.crept, robot.creeps("Z", 5))
     return {}
 
 

@@ -129,23 +129,23 @@ def environment(folder, **more):
     }
 
 
-def work(folder, ini, scenario, *arguments, facts="facts.json", options=()):
+def work(folder, ini, scenario, *arguments, facts="facts.json", options=(), patience=PATIENCE):
     """Starts LinuxCNC, and works through a scenario of PROGRAMS. Returns its file of facts, and LinuxCNC's output."""
     machine = os.path.dirname(ini)
     arguments = [os.path.join(PROGRAMS, scenario), *arguments]
-    status, output = run_to_the_end(machine, lambda: start(folder, ini, *arguments, options=options))
+    status, output = run_to_the_end(machine, lambda: start(folder, ini, *arguments, options=options), patience)
     if status != WORKED:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
     with open(os.path.join(os.path.dirname(ini), facts)) as file:
         return json.load(file), output
 
 
-def run_to_the_end(machine, begin):
+def run_to_the_end(machine, begin, patience=PATIENCE):
     """Exit status and output of a process from begin(). Begins again, in the folder of before, after LinuxCNC's race."""
     with TemporaryFolder() as folder:
         fresh = shutil.copytree(machine, os.path.join(folder, "machine"), symlinks=True)
         for _ in range(ATTEMPTS):
-            status, output = finish(begin())
+            status, output = finish(begin(), patience)
             if not ended_by_linuxcncs_race(output):
                 break
             restarts.note(restarts.RACE, output)
