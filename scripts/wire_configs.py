@@ -73,6 +73,7 @@ def files(ini, beginning, names, kept, messaging):
         texts["messages.toml"] += "".join(messages_of(known[name]) for name in messaging)
         if kept:
             texts["retain.hal"] = written.retain().replace("/retain.toml", "/" + kept)
+    texts["order.tcl"] = texts["order.tcl"].replace(" plumb_order.tcl]", " functions/plumb_order.tcl]")
     texts["stages.hal"] = texts["stages.hal"].replace("/messages.toml", "/%smessages.toml" % beginning)
     return {os.path.join(folder, beginning + name): text for name, text in texts.items()}
 

@@ -286,34 +286,54 @@ haltcl order.tcl || exit
 halcmd addf g servo-thread
 halcmd -s show thread
 """
+OWN = ["c", "d", "motion-controller", "e", "f", "b", "g"]
 
 
 class Order(unittest.TestCase):
     """order.tcl, which adds functions to the thread of motion-controller."""
 
-    def thread(self, more):
-        home, files = own_folder(self), object.__new__(HalFiles)
-        part = mock.Mock(before=["c", "d"], after=["e"], last=["f"])
-        files.all_parts, files.functions = [part], []
-        write(os.path.join(home, "order.tcl"), files.order())
-        write(os.path.join(home, "machine.sh"), MOTION % more)
-        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "bash", "machine.sh"]
-        done = subprocess.run(command, cwd=home, stdout=subprocess.PIPE, text=True, check=True)
-        return done.stdout.split("servo-thread")[-1].split()[2:]
+    def setUp(self):
+        self.home, self.hallib = own_folder(self), own_folder(self)
+        self.environment = {name: value for name, value in os.environ.items() if name != "HALLIB_DIR"}
+        self.write_order(mock.Mock(before=["c", "d"], after=["e"], last=["f"]))
+        self.shared = read(os.path.join(BUILD, "share", "plumb", "functions", "plumb_order.tcl"))
+        write(os.path.join(self.home, "plumb_order.tcl"), self.shared)
+
+    def write_order(self, *parts):
+        files = object.__new__(HalFiles)
+        files.all_parts, files.functions = list(parts), []
+        write(os.path.join(self.home, "order.tcl"), files.order())
+
+    def run_in_host(self, *command):
+        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", *command]
+        done = subprocess.run(command, cwd=self.home, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    def thread(self, more=""):
+        write(os.path.join(self.home, "machine.sh"), MOTION % more)
+        status, output, error = self.run_in_host("bash", "machine.sh")
+        self.assertEqual(status, 0, error)
+        return output.split("servo-thread")[-1].split()[2:]
 
     def test_functions_that_a_user_adds_in_front_later_change_nothing_around_motion_controller(self):
-        own = ["c", "d", "motion-controller", "e", "f", "b", "g"]
-        self.assertEqual(self.thread(""), ["a", "motion-command-handler", *own])
-        self.assertEqual(self.thread("u v w"), ["a", "u", "v", "w", "motion-command-handler", *own])
+        self.assertEqual(self.thread(), ["a", "motion-command-handler", *OWN])
+        self.assertEqual(self.thread("u v w"), ["a", "u", "v", "w", "motion-command-handler", *OWN])
 
     def test_a_thread_without_motion_controller_is_named(self):
-        home, files = own_folder(self), object.__new__(HalFiles)
-        files.all_parts, files.functions = [], []
-        write(os.path.join(home, "order.tcl"), files.order())
-        command = [os.path.join(BUILD, "bin", "plumb"), "run", "--", "haltcl", "order.tcl"]
-        done = subprocess.run(command, cwd=home, stderr=subprocess.PIPE, text=True, check=False)
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", done.stderr)
+        self.write_order()
+        status, _, error = self.run_in_host("haltcl", "order.tcl")
+        self.assertNotEqual(status, 0)
+        self.assertIn("no thread has motion-controller: the HALFILE that adds it must come before this one", error)
+
+    def test_the_commands_of_an_installed_package_come_before_those_of_the_folder(self):
+        write(os.path.join(self.home, "plumb_order.tcl"), "error {of the folder}\n")
+        write(os.path.join(self.hallib, "plumb_order.tcl"), self.shared)
+        self.environment["HALLIB_DIR"] = self.hallib
+        self.assertEqual(self.thread(), ["a", "motion-command-handler", *OWN])
+
+    def test_a_linuxcnc_run_in_place_whose_hallib_is_its_own_takes_the_commands_of_the_folder(self):
+        self.environment["HALLIB_DIR"] = self.hallib
+        self.assertEqual(self.thread(), ["a", "motion-command-handler", *OWN])
 
 
 class Remedies(unittest.TestCase):

@@ -30,7 +30,7 @@ class Example(unittest.TestCase):
         self.assertEqual(done.stdout.splitlines()[1], "Start it with  linuxcnc grinder/axis.ini")
         copy = files_in(os.path.join(self.folder, "grinder"))
         self.assertEqual({name for name in copy if name.startswith("functions/")},
-                         {"functions/chopping/" + name for name in
+                         {"functions/plumb_order.tcl"} | {"functions/chopping/" + name for name in
                           os.listdir(os.path.join(ROOT, "configs", "functions", "chopping"))
                           if name.endswith(".ngc") or name in ("chopping.hal", "chopping_messages.toml")})
         self.assertLessEqual({"grinder.ini", "stages.hal", "on_abort.ngc", "bench.hal", "README.md", "common/headless.py"}, copy)

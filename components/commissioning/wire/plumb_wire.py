@@ -387,6 +387,8 @@ class Wire:
         files = {"plumb.hal": wiring.files.plumb(hal), "order.tcl": wiring.files.order()}
         alone = [name for name in hal if not wiring.machine.twopass or name.endswith("_settings.hal")]
         files.update({name: hal[name] for name in alone})
+        with open(os.path.join(FUNCTIONS, "plumb_order.tcl"), encoding="utf-8") as file:
+            files["plumb_order.tcl"] = file.read()
         files["messages.toml"] = wiring.files.messages()
         if not self.inline:
             files["plumb.inc"] = self.output.inc(self.sections(), self.numbers.values())
