@@ -17,6 +17,7 @@ import numpy as np
 from support import growth_days, growth_machines
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
+from support.growth_machines import draw_duty
 from support.growth_tests import add_axis_growth, law_of, run_test
 from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
@@ -31,16 +32,6 @@ OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names":
 COLUMNS = ["program.learn", "mill.truth-cuts", "growth.z-offset", "growth.contacts-accepted", "both.z-offset", "both.contacts-accepted"]
 COLUMNS += ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
 COLUMNS += ["%s.%s-offset" % (instance, axis) for instance in INSTANCES.values() for axis in "xyz"]
-
-
-def draw_speeds(seed, duration):
-    """(rpm, s) until the end of the day."""
-    draw, speeds, left = random.Random(seed), [], duration
-    while left > 0:
-        time = min(left, draw.uniform(600, 3600))
-        speeds.append((draw.choice((0, draw.uniform(2000, 8000), draw.uniform(2000, 8000))), time))
-        left -= time
-    return speeds
 
 
 def add_both(host):
@@ -78,7 +69,7 @@ def work(folder, seed, laws, duration, progress):
             add_axis_growth(host, law["lines"].replace("axis-growth.", instance + "."), instance)
         add_both(host)
         host.record(path, COLUMNS, EVERY)
-        for speed, time in draw_speeds(seed, duration):
+        for speed, time in draw_duty(seed, duration):
             host.set("program.sides-speed", speed)
             host.run(time)
             if not progress(time):

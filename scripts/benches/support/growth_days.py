@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 
+from support.figures import rms
 from support.growth_tests import law_of
 from support.recordings import read_columns, write_rows
 
@@ -99,10 +100,6 @@ def use(law, day):
     offsets = {axis: 1e3 * (column["axis-growth.%s-offset" % axis] - column["axis-growth.%s-offset" % axis][0]) for axis in day.growth}
     sigmas = {axis: 1e3 * column["axis-growth.%s-growth-sigma" % axis] for axis in day.growth}
     return time, offsets, sigmas, column["axis-growth.doubt"] > 0.5
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def pair(learnt_path, used_path):

@@ -6,6 +6,7 @@ import random
 
 import numpy as np
 
+from support.figures import rms
 from support.growth_tests import FASTEST, PLAN, add_axis_growth, law_of, plan_of, run_test
 from support.recordings import read_columns
 
@@ -89,10 +90,6 @@ def work(folder, seed, settings, law, duration, progress):
             if not progress(time):
                 break
         return read_columns(path)
-
-
-def rms(values):
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def expectations(outcomes, hours):
