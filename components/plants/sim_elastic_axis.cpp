@@ -2,12 +2,11 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/stroked_load.hpp"
 #include "pages/sim_elastic_axis.page.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -40,9 +39,7 @@ struct SimElasticAxis final : hal::Component {
     Drawn resolution{this, "resolution", 0.0002, 0.0001, 0.001, "mu", "Step of the scale"};
 
     hal::Out<double> position{this, "position", "mu", "Position that the scale reads."};
-    hal::Out<double> truth_position{this, "truth-position", "mu", "Position of the load."};
-    hal::Out<double> truth_upper{this, "truth-upper", "mu", "Upper dead point of the last stroke."};
-    hal::Out<double> truth_lower{this, "truth-lower", "mu", "Lower dead point of the last stroke."};
+    StrokedLoad stroked{this};
     hal::Out<double> truth_force_limit{this, "truth-force-limit", "mu/s2", "The force-limit of this axis."};
     hal::Out<double> truth_friction{this, "truth-friction", "mu/s2", "The friction of this axis."};
     hal::Function run{this, "update", &SimElasticAxis::update, hal::Place::machine,
@@ -54,22 +51,21 @@ struct SimElasticAxis final : hal::Component {
         if (!started_) {
             started_ = true;
             late_.fill(command_);
-            motor_ = load_ = last_ = farthest_ = command_;
+            motor_ = load_ = last_ = command_;
+            stroked.start(command_);
         }
         read();
         part_ = std::clamp(usable(part, 1e6, part_), 0.0, 1.0);
         slip_ = usable(moved, 1e6, slip_);
         jams_ = jammed;
-        newest_ = (newest_ + 1) % late_.size();
-        late_[newest_] = command_;
-        const double target = delayed(dt), from = last_;
+        late_.take(command_);
+        const double target = late_.at(delay_, dt), from = last_;
         last_ = target;
         for (int i = 1; i <= steps; ++i)
             step(from + (target - from) * i / steps, (target - from) / dt, dt / steps);
-        watch();
+        stroked.step(load_, dt);
         const double reading = load_ + slip_;
         position = step_ > 0 ? std::round(reading / step_) * step_ : reading;
-        truth_position = load_;
         truth_force_limit = limit_;
         truth_friction = friction_;
     }
@@ -90,17 +86,6 @@ private:
         damping_ = damping(number);
         delay_ = command_delay(number);
         step_ = resolution(number);
-    }
-
-    // The command of some time ago, between two periods.
-    double delayed(double dt) const noexcept {
-        const double periods = std::clamp(delay_ / dt, 0.0, static_cast<double>(late_.size() - 2));
-        const auto whole = static_cast<std::size_t>(periods);
-        const double part = periods - static_cast<double>(whole);
-        const auto back = [this](std::size_t n) {
-            return late_[(newest_ + late_.size() - n) % late_.size()];
-        };
-        return back(whole) * (1 - part) + back(whole + 1) * part;
     }
 
     void step(double command, double command_velocity, double dt) noexcept {
@@ -128,28 +113,12 @@ private:
         return held_;
     }
 
-    // Dead points of the load, by its reversals.
-    void watch() noexcept {
-        const double sign = upward_ ? 1 : -1, least = 0.05;  // mm, no reversal of its own
-        if (sign * (load_ - farthest_) >= 0) {
-            farthest_ = load_;
-        } else if (sign * (farthest_ - load_) > least) {
-            if (upward_)
-                truth_upper = farthest_;
-            else
-                truth_lower = farthest_;
-            upward_ = !upward_;
-            farthest_ = load_;
-        }
-    }
-
-    std::array<double, 64> late_{};
-    std::size_t newest_ = 0;
-    bool started_ = false, jams_ = false, upward_ = true;
+    LateCommand late_;
+    bool started_ = false, jams_ = false;
     double gain_ = 0, forward_ = 0, velocity_gain_ = 0, limit_ = 1, friction_ = 0, travel_ = 1,
            load_mass_ = 0.5, resonance_ = 1, damping_ = 0, delay_ = 0, step_ = 0, part_ = 1, slip_ = 0;
     double command_ = 0, last_ = 0, integral_ = 0, held_ = 0;
-    double motor_ = 0, motor_velocity_ = 0, load_ = 0, load_velocity_ = 0, farthest_ = 0;
+    double motor_ = 0, motor_velocity_ = 0, load_ = 0, load_velocity_ = 0;
 };
 
 hal::Model hal::model() {

@@ -2,12 +2,11 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/stroked_load.hpp"
 #include "pages/sim_grinder.page.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace plumb {
@@ -45,12 +44,9 @@ struct SimGrinder final : hal::Component {
 
     hal::Out<double> position{this, "position", "mu", "Position that the scale reads."};
     hal::Out<bool> truth_contact{this, "truth-contact", "The wheel is on the work."};
-    hal::Out<double> truth_position{this, "truth-position", "mu", "Position of the load."};
-    hal::Out<double> truth_upper{this, "truth-upper", "mu", "Upper dead point of the last stroke."};
-    hal::Out<double> truth_lower{this, "truth-lower", "mu", "Lower dead point of the last stroke."};
+    StrokedLoad stroked{this};
     hal::Out<double> truth_acceleration{this, "truth-acceleration", "mu/s2",
                                         "Peak of the motor, last stroke."};
-    hal::Out<double> truth_cycle_time{this, "truth-cycle-time", "s", "Time of the last cycle."};
     hal::Out<double> truth_force_limit{this, "truth-force-limit", "mu/s2", "The force-limit of this axis."};
     hal::Function run{this, "update", &SimGrinder::update, hal::Place::machine,
                       "After the command of the axis."};
@@ -61,7 +57,8 @@ struct SimGrinder final : hal::Component {
         if (!started_) {
             started_ = true;
             late_.fill(command_);
-            motor_ = load_ = play_ = last_play_ = last_ = farthest_ = command_;
+            motor_ = load_ = play_ = last_play_ = last_ = command_;
+            stroked.start(command_);
         }
         seed_ = seed;
         read();
@@ -73,17 +70,19 @@ struct SimGrinder final : hal::Component {
             last_ = motor_;
         } else {
             if (!on_) late_.fill(command_);
-            remember();
+            late_.take(command_);
         }
         on_ = on;
-        const double target = delayed(dt), from = last_;
+        const double target = late_.at(delay_, dt), from = last_;
         last_ = target;
         for (int i = 1; i <= steps; ++i)
             step(from + (target - from) * i / steps, (target - from) / dt, on, dt / steps);
-        watch(dt);
+        if (stroked.step(load_, dt)) {
+            truth_acceleration = hardest_;
+            hardest_ = 0;
+        }
         const double read_position = scale_at_load ? load_ : motor_;
         position = step_ > 0 ? std::round(read_position / step_) * step_ : read_position;
-        truth_position = load_;
         truth_contact = touches_;
         truth_force_limit = limit_;
     }
@@ -109,22 +108,6 @@ private:
         pushed_ = usable(push_speed, 1e4, pushed_);
         low_ = usable(contact_low, 1e6, low_);
         high_ = usable(contact_high, 1e6, high_);
-    }
-
-    void remember() noexcept {
-        newest_ = (newest_ + 1) % late_.size();
-        late_[newest_] = command_;
-    }
-
-    // The command of some time ago, between two periods.
-    double delayed(double dt) const noexcept {
-        const double periods = std::clamp(delay_ / dt, 0.0, static_cast<double>(late_.size() - 2));
-        const auto whole = static_cast<std::size_t>(periods);
-        const double part = periods - static_cast<double>(whole);
-        const auto back = [this](std::size_t n) {
-            return late_[(newest_ + late_.size() - n) % late_.size()];
-        };
-        return back(whole) * (1 - part) + back(whole + 1) * part;
     }
 
     void step(double command, double command_velocity, bool on, double dt) noexcept {
@@ -168,38 +151,15 @@ private:
         motor_ += (before + velocity_) / 2 * dt;
     }
 
-    // Dead points of the load, by its reversals.
-    void watch(double dt) noexcept {
-        time_ += dt;
-        const double sign = upward_ ? 1 : -1, least = 0.05;  // mm, no reversal of its own
-        if (sign * (load_ - farthest_) >= 0) {
-            farthest_ = load_;
-            farthest_time_ = time_;
-        } else if (sign * (farthest_ - load_) > least) {
-            if (upward_) {
-                truth_upper = farthest_;
-            } else {
-                truth_lower = farthest_;
-                truth_cycle_time = farthest_time_ - lower_time_;
-                lower_time_ = farthest_time_;
-            }
-            truth_acceleration = hardest_;
-            hardest_ = 0;
-            upward_ = !upward_;
-            farthest_ = load_;
-        }
-    }
-
-    std::array<double, 64> late_{};
-    std::size_t newest_ = 0;
+    LateCommand late_;
     std::int32_t seed_ = 0;
-    bool started_ = false, on_ = false, touches_ = false, upward_ = true;
+    bool started_ = false, on_ = false, touches_ = false;
     double gain_ = 0, forward_ = 0, loop_ = 0, damping_ = 0, limit_ = 0, friction_ = 0, stiction_ = 0,
            stribeck_ = 1, backlash_ = 0, resonance_ = 0, load_loss_ = 0, delay_ = 0, wheel_ = 0, step_ = 0;
     double low_ = 0, high_ = 0, pushed_ = 0;
     double command_ = 0, last_ = 0;
     double motor_ = 0, velocity_ = 0, integral_ = 0, play_ = 0, last_play_ = 0, load_ = 0, load_velocity_ = 0;
-    double farthest_ = 0, farthest_time_ = 0, lower_time_ = 0, time_ = 0, hardest_ = 0;
+    double hardest_ = 0;
 };
 
 hal::Model hal::model() {
