@@ -9,6 +9,7 @@
 #include "components/compensation/thermal_growth/growth_status.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
+#include "components/math/growth/coverage_factor.hpp"
 #include "components/math/growth/growth_curve.hpp"
 #include "components/math/growth/rigid_part.hpp"
 #include "components/math/growth/turned_table.hpp"

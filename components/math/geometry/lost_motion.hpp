@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/growth/coverage_factor.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -32,15 +34,6 @@ struct ReversalResult {
     double lost_motion = 0;    // mm, mean over the positions
     double uncertainty = 0;    // mm, standard, of the lost motion
 };
-
-// By how much twice the standard uncertainty is widened if few readings show the repeatability: Student's t
-// of 95.45 % over 2.
-inline double widening(int freedom) noexcept {
-    constexpr double t[] = {13.97, 4.53, 3.31, 2.87, 2.65, 2.52, 2.43, 2.37, 2.32, 2.28};
-    if (freedom <= 0) return 1;
-    if (freedom <= 10) return t[freedom - 1] / 2;
-    return 1 + 1.4 / freedom;
-}
 
 // `reading` is the standard uncertainty of a reading if no position was read twice, `own` the standard
 // uncertainty of a difference up - down that repeating does not show, as the hysteresis of the indicator.
@@ -83,7 +76,9 @@ inline ReversalResult reversal_of(std::vector<BothWays> places, double reading =
         throw std::invalid_argument(
             "the readings do not scatter at all: give the uncertainty of a reading, "
             "such as a third of a division of the indicator");
-    const double one = std::max(result.repeatability * widening(result.freedom), reading);
+    // Few readings show the repeatability less well.
+    const double widening = result.freedom > 0 ? coverage_factor(result.freedom) / 2 : 1;
+    const double one = std::max(result.repeatability * widening, reading);
     double variance = 0;
     for (const BothWays& place : places) {
         const double up = mean(place.up), down = mean(place.down);

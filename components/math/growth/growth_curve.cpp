@@ -114,13 +114,4 @@ std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eige
     return curve;
 }
 
-double coverage_factor(double freedom) {
-    if (freedom <= 1) return 13.97;
-    if (freedom <= 2) return 13.97 + (4.527 - 13.97) * (freedom - 1);
-    if (freedom <= 3) return 4.527 + (3.307 - 4.527) * (freedom - 2);
-    const double n = freedom, z = 2, z2 = z * z;  // Cornish-Fisher, within 1 %
-    return z + z * (z2 + 1) / (4 * n) + z * (5 * z2 * z2 + 16 * z2 + 3) / (96 * n * n) +
-           z * (3 * z2 * z2 * z2 + 19 * z2 * z2 + 17 * z2 - 15) / (384 * n * n * n);
-}
-
 }  // namespace plumb

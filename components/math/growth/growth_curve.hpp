@@ -37,7 +37,4 @@ struct GrowthNoise {
 std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eigen::VectorXd& y,
                                             const GrowthNoise& noise = {});
 
-// The factor by which a standard uncertainty of this many degrees of freedom covers 95.45 of 100 (Student).
-double coverage_factor(double freedom);
-
 }  // namespace plumb

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/growth/growth_identification.hpp"
 
+#include "components/math/growth/coverage_factor.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -139,9 +141,9 @@ IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::Vect
     const double square = weight.dot(as_vector(squares)) / weight.sum();
     const double size = weight.dot(as_vector(sizes)) / weight.sum();
     result.predicted_rest = std::sqrt(square);
-    // A few duties do not show how far others may differ: Student's t against 1.96. An error of a prediction
-    // beyond that of the fit comes with the terms.
-    const double few = 1 + 1.7 / std::max(static_cast<double>(duties.size()) - 1, 1.0);
+    // A few duties do not show how far others may differ. An error of a prediction beyond that of the fit
+    // comes with the terms.
+    const double few = coverage_factor(std::max(static_cast<double>(duties.size()) - 1, 1.0)) / 2;
     const double always = std::min(result.rest * result.rest, square);
     result.floor = few * std::sqrt(always);
     result.share = size > 0 ? few * std::sqrt((square - always) / size) : 0;

@@ -137,14 +137,6 @@ TEST(GrowthCurve, TooFewValuesOneTimeOrNoNumbersGiveNothing) {
     EXPECT_FALSE(fit_growth_curve(VectorXd::LinSpaced(8, 0, 1), VectorXd::Constant(8, NAN)));
 }
 
-TEST(CoverageFactor, IsThatOfStudent) {
-    EXPECT_NEAR(coverage_factor(1), 13.97, 0.01);
-    EXPECT_NEAR(coverage_factor(3), 3.31, 0.01);
-    EXPECT_NEAR(coverage_factor(5), 2.65, 0.03);
-    EXPECT_NEAR(coverage_factor(10), 2.28, 0.02);
-    EXPECT_NEAR(coverage_factor(500), 2.0, 0.01);
-}
-
 // A test of a machine: temperatures each minute, a pass each half hour.
 struct Stop : testing::Test {
     StopRule rule;
