@@ -43,54 +43,23 @@ class Chart(Gtk.DrawingArea):
         named(self, ", ".join(names) or _("Chart"))
 
     def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
         dark = self._panel.dark
-        colours = [styles.colour(dark, name) for name in ("curve", "curve2", "soft")]
-        cairo.set_source_rgb(*styles.colour(dark, "card"))
-        cairo.paint()
         rows = self._history.rows
         now = time.monotonic()
         start = rows[0][0] if rows else now
         span = next((each for each in (600, 1800, 3600, 2 * 3600, 4 * 3600, 8 * 3600) if each >= now - start), 8 * 3600)
         numbers = [value * self._scale for _when, values in rows for value in values if math.isfinite(value)]
         numbers += [value * self._scale for _when, value, _sigma, _good in self._history.marks if math.isfinite(value)]
-        levels = levels_of(numbers, 5)
-        low, high = levels[0], levels[-1]
-        left, right, top, bottom = 62, width - 12, 34, height - 30
-
-        def x(when):
-            return right - (now - when) / span * (right - left)
-
-        def y(value):
-            return bottom - (value - low) / (high - low) * (bottom - top)
-
-        draw_levels(cairo, dark, levels, y, left, right)
+        frame = Frame(self, cairo, dark, numbers, 5, self._names, self._unit, (now - span, now))
+        x, y = frame.x, frame.y
         for part in range(5):
-            at = left + (right - left) * part / 4
-            cairo.move_to(at - (12 if part == 0 else 40 if part == 4 else 22), height - 8)
             minutes = span * (4 - part) / 4 / 60
-            cairo.show_text(_("now") if part == 4 else "\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes)
-        draw_names(cairo, self._names, colours, left)
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(right - cairo.text_extents(self._unit).x_advance, 21)
-        cairo.show_text(self._unit)
-        cairo.rectangle(left, top, right - left, bottom - top)
+            words = _("now") if part == 4 else "\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes
+            frame.mark(now - minutes * 60, words, 12 if part == 0 else 40 if part == 4 else 22)
+        cairo.rectangle(frame.left, frame.top, frame.right - frame.left, frame.bottom - frame.top)
         cairo.clip()
-        for place, (colour, dashes) in enumerate(zip(colours, DASHES)):
-            if place >= len(self._names):
-                break
-            cairo.set_source_rgb(*colour)
-            cairo.set_dash(dashes)
-            cairo.set_line_width(2.5)
-            drawing = False
-            for when, values in rows:
-                if place >= len(values) or not math.isfinite(values[place]):
-                    drawing = False
-                    continue
-                (cairo.line_to if drawing else cairo.move_to)(x(when), y(values[place] * self._scale))
-                drawing = True
-            cairo.stroke()
-        cairo.set_dash([])
+        for place in range(len(self._names)):
+            frame.curve(place, ((when, values[place] * self._scale if place < len(values) else math.nan) for when, values in rows))
         cairo.set_line_width(2)
         for when, value, sigma, good in self._history.marks:
             if not math.isfinite(value):
@@ -113,42 +82,85 @@ class Chart(Gtk.DrawingArea):
 DASHES = ([], [8, 4], [2, 3])  # of the first curve and the others
 
 
+class Frame:
+    """The frame of a chart in a widget: horizontal lines with their values, the names of the curves, the unit, and the scales of both axes."""
+
+    def __init__(self, area, cairo, dark, numbers, least, names, unit, span):
+        """The scale has all numbers, and reaches from -least to least at least; `span` is its first and last place along X."""
+        self._cairo, self._span = cairo, span
+        self._colours = [styles.colour(dark, name) for name in ("curve", "curve2", "soft")]
+        self.left, self.right, self.top, self.bottom = 62, area.get_allocated_width() - 12, 34, area.get_allocated_height() - 30
+        self._levels = levels_of(numbers, least)
+        cairo.set_source_rgb(*styles.colour(dark, "card"))
+        cairo.paint()
+        cairo.select_font_face("DejaVu Sans")
+        cairo.set_font_size(14)
+        cairo.set_line_width(1)
+        for value in self._levels:
+            cairo.set_source_rgb(*styles.colour(dark, "line"))
+            cairo.move_to(self.left, self.y(value))
+            cairo.line_to(self.right, self.y(value))
+            cairo.stroke()
+            cairo.set_source_rgb(*styles.colour(dark, "text"))
+            cairo.move_to(6, self.y(value) + 5)
+            cairo.show_text(signed(round(value, 6)))
+        self._write_names(names)
+        cairo.set_source_rgb(*styles.colour(dark, "text"))
+        cairo.move_to(self.right - cairo.text_extents(unit).x_advance, 21)
+        cairo.show_text(unit)
+
+    def _write_names(self, names):
+        cairo, at = self._cairo, self.left
+        for name, colour, dashes in zip(names, self._colours, DASHES):
+            cairo.set_source_rgb(*colour)
+            cairo.set_dash(dashes)
+            cairo.set_line_width(3)
+            cairo.move_to(at, 16)
+            cairo.line_to(at + 30, 16)
+            cairo.stroke()
+            cairo.move_to(at + 36, 21)
+            cairo.show_text(name)
+            at += 52 + cairo.text_extents(name).x_advance
+        cairo.set_dash([])
+
+    def x(self, place):
+        first, last = self._span
+        return self.left + (place - first) / (last - first) * (self.right - self.left)
+
+    def y(self, value):
+        low, high = self._levels[0], self._levels[-1]
+        return self.bottom - (value - low) / (high - low) * (self.bottom - self.top)
+
+    def mark(self, place, words, beside):
+        """Words below a place along X, which begin this far beside it."""
+        self._cairo.move_to(self.x(place) - beside, self.bottom + 22)
+        self._cairo.show_text(words)
+
+    def curve(self, number, points):
+        """A line, with a gap where a value is not a number."""
+        cairo = self._cairo
+        cairo.set_source_rgb(*self._colours[number])
+        cairo.set_dash(DASHES[number])
+        cairo.set_line_width(2.5)
+        cairo.new_path()
+        drawing = False
+        for place, value in points:
+            if math.isfinite(value):
+                (cairo.line_to if drawing else cairo.move_to)(self.x(place), self.y(value))
+            drawing = math.isfinite(value)
+        cairo.stroke()
+        cairo.set_dash([])
+
+
+def signed(value):
+    return ("%g" % value).replace("-", "\u2212")
+
+
 def levels_of(numbers, least):
     """The levels of a scale from the lowest to the highest number; from -least to least at least."""
     low, high = min(numbers + [-least]), max(numbers + [least])
     step = _step((high - low) / 4)
     return [step * place for place in range(math.floor(low / step), math.ceil(high / step) + 1)]
-
-
-def draw_levels(cairo, dark, levels, y, left, right):
-    """Horizontal lines with their values on the left."""
-    cairo.select_font_face("DejaVu Sans")
-    cairo.set_font_size(14)
-    cairo.set_line_width(1)
-    for value in levels:
-        cairo.set_source_rgb(*styles.colour(dark, "line"))
-        cairo.move_to(left, y(value))
-        cairo.line_to(right, y(value))
-        cairo.stroke()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(6, y(value) + 5)
-        cairo.show_text(("%g" % round(value, 6)).replace("-", "\u2212"))
-
-
-def draw_names(cairo, names, colours, left):
-    """What each curve is, above the curves."""
-    at = left
-    for name, colour, dashes in zip(names, colours, DASHES):
-        cairo.set_source_rgb(*colour)
-        cairo.set_dash(dashes)
-        cairo.set_line_width(3)
-        cairo.move_to(at, 16)
-        cairo.line_to(at + 30, 16)
-        cairo.stroke()
-        cairo.move_to(at + 36, 21)
-        cairo.show_text(name)
-        at += 52 + cairo.text_extents(name).x_advance
-    cairo.set_dash([])
 
 
 def _step(rough):

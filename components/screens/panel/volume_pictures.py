@@ -6,7 +6,7 @@ import math
 from gi.repository import Gtk
 
 from panel import style as styles
-from panel.chart import DASHES, draw_levels, draw_names, levels_of
+from panel.chart import DASHES, Frame, signed
 from panel.texts import _
 from panel.widgets import named
 
@@ -27,43 +27,18 @@ class TableChart(Gtk.DrawingArea):
         named(self, _("Table of {error}").format(error=error))
 
     def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._panel.dark
-        cairo.set_source_rgb(*styles.colour(dark, "card"))
-        cairo.paint()
         rows = self._its["rows"]
         curves = [[(row[0], row[place + 1] * self._scale) for row in rows] for place in range(len(self._names))]
-        levels = levels_of([value for curve in curves for _at, value in curve], 1)
         first, last = rows[0][0], rows[-1][0]
-        left, right, top, bottom = 62, width - 14, 34, height - 30
-
-        def x(position):
-            return left + (position - first) / (last - first) * (right - left)
-
-        def y(value):
-            return bottom - (value - levels[0]) / (levels[-1] - levels[0]) * (bottom - top)
-
-        draw_levels(cairo, dark, levels, y, left, right)
+        values = [value for curve in curves for _at, value in curve]
+        frame = Frame(self, cairo, self._panel.dark, values, 1, self._names, self._unit, (first, last))
         for place, at in enumerate((first, (first + last) / 2, last)):
-            words = ("%g" % round(at, 3)).replace("-", "\u2212") + (" mm" if place == 2 else "")
-            cairo.move_to(x(at) - cairo.text_extents(words).x_advance * place / 2, height - 8)
-            cairo.show_text(words)
-        colours = [styles.colour(dark, name) for name in ("curve", "curve2")]
-        draw_names(cairo, self._names, colours, left)
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(right - cairo.text_extents(self._unit).x_advance, 21)
-        cairo.show_text(self._unit)
-        for curve, colour, dashes in zip(curves, colours, DASHES):
-            cairo.set_source_rgb(*colour)
-            cairo.set_dash(dashes)
-            cairo.set_line_width(2.5)
-            cairo.new_path()
-            for at, value in curve:
-                cairo.line_to(x(at), y(value))
-            cairo.stroke()
-            cairo.set_dash([])
+            words = signed(round(at, 3)) + (" mm" if place == 2 else "")
+            frame.mark(at, words, cairo.text_extents(words).x_advance * place / 2)
+        for number, curve in enumerate(curves):
+            frame.curve(number, curve)
             for at, value in curve if len(curve) < 30 else ():
-                cairo.arc(x(at), y(value), 3, 0, 2 * math.pi)
+                cairo.arc(frame.x(at), frame.y(value), 3, 0, 2 * math.pi)
                 cairo.fill()
 
 
