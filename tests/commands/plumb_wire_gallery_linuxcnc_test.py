@@ -46,7 +46,7 @@ class Gallery(unittest.TestCase):
         self.assertRegex(flat, "M68 E1 Q10 before an operation")  # operation-key, for the user's program
         self.assertIn("net chop-run motion.digital-out-06 => chop.run\n", files["chopping.hal"])
         self.assertIn("\nCHOP_RUN = 6\n", files["plumb.inc"])
-        self.assertIn("#<run_output>   = #<_ini[PLUMB_NUMBERS]CHOP_RUN>\n", files["g811.ngc"])
+        self.assertIn("#<_chop_run_output>       = #<_ini[PLUMB_NUMBERS]CHOP_RUN>\n", files["chop_numbers.ngc"])
 
     def test_a_servo_with_mesa_gets_the_velocity_of_the_offset(self):
         flat, files = self.run_on("mesa_7i76e")

@@ -67,7 +67,7 @@ struct Chopping final : hal::Component {
     hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
     hal::In<double> program_word{this, "program-word", 0, "1",
                                  "Number of a word of the program, whose value is program-value; each change "
-                                 "takes it. chop_word.ngc has the numbers."};
+                                 "takes it. chop_numbers.ngc has the numbers."};
     hal::In<double> program_value{this, "program-value", 0, "1",
                                   "Value of this word, in machine units or s."};
     ChoppingSettings settings{this};

@@ -3,12 +3,17 @@
 #include "components/compensation/chopping/stroke_words.hpp"
 
 #include "tests/support/chopping_axis.hpp"
+#include "tests/support/place.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <map>
+#include <regex>
+#include <string>
 
 namespace plumb {
 namespace {
@@ -54,6 +59,34 @@ TEST_F(Words, GoBeforeTheSettingsAndLeaveAllOthersAsTheyAre) {
     wanted.set_stop_kind(StrokeValues::at_upper);
     EXPECT_EQ(with(it, settings), wanted);
     EXPECT_EQ(wanted.stop(), Oscillation::Stop::upper);
+}
+
+TEST_F(Words, HaveTheNumbersThatProgramsGive) {
+    std::ifstream file(source_folder() + "/configs/functions/chopping/chop_numbers.ngc");
+    std::map<std::string, int> given;
+    const std::regex assignment("#<_chop_([a-z_]+)> *= ([0-9]+).*");
+    std::smatch found;
+    for (std::string line; std::getline(file, line);)
+        if (std::regex_match(line, found, assignment) &&
+            !std::regex_match(found.str(1), std::regex(".*_output")))
+            given[found[1]] = std::stoi(found[2]);
+    EXPECT_THAT(given, testing::ContainerEq(std::map<std::string, int>{
+                           {"upper_dwell", StrokeWords::upper_dwell},
+                           {"lower_dwell", StrokeWords::lower_dwell},
+                           {"exact_stop", StrokeWords::exact_stop},
+                           {"spark_out", StrokeWords::spark_out},
+                           {"stop_place", StrokeWords::stop_place},
+                           {"overrides", StrokeWords::overrides},
+                           {"section_from", StrokeWords::section_from},
+                           {"section_to", StrokeWords::section_to},
+                           {"section_ratio", StrokeWords::section_ratio},
+                           {"section", StrokeWords::section},
+                           {"without_sections", StrokeWords::without_sections},
+                           {"check", StrokeWords::check},
+                           {"forget", StrokeWords::forget},
+                           {"go_to_end", StrokeWords::go_to_end},
+                           {"new_region", StrokeWords::shift},
+                       }));
 }
 
 TEST_F(Words, EachNewNumberOfAShiftOrdersOne) {
