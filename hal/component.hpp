@@ -26,6 +26,7 @@
 #include "hal/registrar.hpp"
 #include "hal/role.hpp"
 #include "hal/status_pins.hpp"
+#include "hal/told.hpp"
 
 #include <memory>
 #include <string>
@@ -36,7 +37,8 @@ namespace plumb::hal {
 class Component {
 public:
     static constexpr Role role = Role::none;  // unless the component declares its own
-    static constexpr const char* former_name = nullptr;  // of a program that was renamed: a link for one release
+    static constexpr const char* former_name =
+        nullptr;  // of a program that was renamed: a link for one release
 
     explicit Component(Registrar& registrar) : registrar_(registrar) {}
     Component(const Component&) = delete;
@@ -70,11 +72,13 @@ inline Registrar& registrar(Component* component) {
 }
 
 // The page is the text of the manual page that the declarations do not give; hal/page.hpp says how it is
-// written. NAME.page beside NAME.cpp is embedded as `page` by #include "pages/NAME.page.hpp".
+// written. NAME.page beside NAME.cpp is embedded as `page` by #include "pages/NAME.page.hpp". The title
+// stands above its page in plumb panel and before its messages; without one it is the name of the instance.
 struct About {
     const char* name;
     const char* summary;
     const char* page;
+    const char* title = "";
 };
 
 // A task of a program that needs no HAL, `PROGRAM --NAME FILE`. It may throw; its result is the exit status.

@@ -106,16 +106,30 @@ void write_codes(std::ostream& out, const Declarations& declared) {
     }
 }
 
+const char* told_as(Tell tell) {
+    return tell == Tell::error ? "an error" : "a text";
+}
+
 // Each status with its kind and its remedy.
 void write_statuses(std::ostream& out, const Declarations& declared) {
     for (const StatusInfo& info : declared.statuses) {
         out << ".SH STATUS\nNumbers of " << escaped(info.pin)
-            << ". A status is good, wait, off, warn or bad; attention is true with warn and bad.\n";
-        for (const auto& [number, its] : info.statuses)
-            out << ".TP 4\n"
-                << number << "\n(" << name(its.kind) << ") " << escaped(its.sentence) << ' '
-                << escaped(its.remedy) << '\n';
+            << ". A status is good, wait, off, warn or bad; attention is true with warn and bad. "
+               "linuxcnc_link tells those that are marked.\n";
+        for (const auto& [number, its] : info.statuses) {
+            out << ".TP 4\n" << number << "\n(" << name(its.kind);
+            if (tell(its) != Tell::never) out << ", " << told_as(tell(its));
+            if (its.after > 0) out << " after " << its.after << " s";
+            out << ") " << escaped(its.sentence) << ' ' << escaped(its.remedy) << '\n';
+        }
     }
+}
+
+void write_told(std::ostream& out, const Declarations& declared) {
+    if (declared.told.empty()) return;
+    out << ".SH MESSAGES\nlinuxcnc_link tells them when a bit rises.\n";
+    for (const ToldInfo& told : declared.told)
+        out << ".TP\n.BI NAME ." << escaped(told.pin) << '\n' << escaped(told.sentence) << '\n';
 }
 
 void write_section(std::ostream& out, const Page& page, const std::string& heading) {
@@ -216,6 +230,7 @@ std::string manual(const Model& model, int section) {
     write_all_pins(out, declared);
     write_offsets(out, declared);
     write_statuses(out, declared);
+    write_told(out, declared);
     write_codes(out, declared);
     write_section(out, page, "LIMITS");
     if (section == 9)
@@ -241,6 +256,7 @@ std::string glossary(const std::string& text) {
 std::string declarations(const Model& model) {
     const Declarations declared(model);
     nlohmann::ordered_json result{{"name", model.about.name}, {"summary", model.about.summary}};
+    if (*model.about.title) result["title"] = model.about.title;
     if (model.role != Role::none) result["role"] = name(model.role);
     for (const auto& pin : declared.pins) {
         nlohmann::ordered_json& entry = result["pins"][pin.name];
@@ -258,11 +274,12 @@ std::string declarations(const Model& model) {
             result["codes"][code.pin][std::to_string(number)] = sentence;
     for (const auto& info : declared.statuses)
         for (const auto& [number, its] : info.statuses)
-            result["statuses"][std::to_string(number)] = {{"kind", name(its.kind)},
-                                                          {"sentence", its.sentence},
-                                                          {"remedy", its.remedy},
-                                                          {"button", its.button},
-                                                          {"detail", its.detail}};
+            result["statuses"][std::to_string(number)] = {
+                {"kind", name(its.kind)},     {"sentence", its.sentence}, {"remedy", its.remedy},
+                {"button", name(its.button)}, {"detail", its.detail},     {"size", its.size},
+                {"tell", name(tell(its))},    {"after", its.after}};
+    for (const ToldInfo& told : declared.told)
+        result["told"][told.pin] = {{"tell", told.tell}, {"sentence", told.sentence}};
     for (const auto& offset : declared.offsets) {
         nlohmann::ordered_json& entry = result["moves"][offset.counts.empty() ? offset.value : offset.counts];
         entry = {{"bound", offset.bound}, {"rate", offset.rate}, {"limited", offset.limited}};

@@ -31,6 +31,7 @@ public:
     void add(const StatusInfo& info) override { statuses.push_back(info); }
     void add(const TurningInfo& info) override { turning.push_back(info.pin); }
     void add(const EffectInfo& info) override { effects.push_back(info); }
+    void add(const ToldInfo& info) override { told.push_back(info); }
 
     std::vector<PinInfo> pins;
     std::vector<const Function*> functions;  // live as long as this object
@@ -40,6 +41,7 @@ public:
     std::vector<StatusInfo> statuses;  // one, of a function or a stage
     std::vector<std::string> turning;
     std::vector<EffectInfo> effects;
+    std::vector<ToldInfo> told;
 
 private:
     std::deque<double> cells_;

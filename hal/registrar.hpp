@@ -76,6 +76,13 @@ struct EffectInfo {
     const char* effect;  // its name
 };
 
+// ... and about a bit that is told when it rises (see hal/told.hpp).
+struct ToldInfo {
+    std::string pin;   // without the instance's name
+    const char* tell;  // its name
+    std::string sentence;
+};
+
 struct StatusInfo;  // hal/status_pins.hpp
 
 class Registrar {
@@ -88,6 +95,7 @@ public:
     virtual void add(const StatusInfo&) {}
     virtual void add(const TurningInfo&) {}
     virtual void add(const EffectInfo&) {}
+    virtual void add(const ToldInfo&) {}
     virtual std::string instance() const { return ""; }  // its name; "" where there is none, as in a manual
     virtual double millimetres() const noexcept { return 1; }  // in a machine unit: hal/length_unit.hpp
 

@@ -7,8 +7,9 @@
 //     constexpr hal::Said said(LampStatus status) {
 //         switch (status) {
 //             case LampStatus::lit: return {hal::Kind::good, "The lamp is lit."};
-//             case LampStatus::burnt_out: return {hal::Kind::bad, "The lamp is burnt out.", "Replace the
-//             lamp."}; default: return said(static_cast<hal::Common>(status));
+//             case LampStatus::burnt_out:
+//                 return {hal::Kind::bad, "The lamp is burnt out.", "Replace the lamp."};
+//             default: return said(static_cast<hal::Common>(status));
 //         }
 //     }
 //     hal::Status<LampStatus> status{this};
@@ -38,14 +39,89 @@ constexpr const char* name(Kind kind) {
     }
 }
 
+// The button of a screen that ends a status. Pages of plumb panel register their buttons by these names.
+enum class Button {
+    none,
+    switch_on,
+    acknowledge,
+    learn,
+    dry_run,
+    to_end,
+    hold,
+    stop,
+    start,
+    resume,
+    report,
+    cut_done,
+    enter,
+    store,
+};
+
+constexpr const char* name(Button button) {
+    switch (button) {
+        case Button::switch_on: return "switch";
+        case Button::acknowledge: return "acknowledge";
+        case Button::learn: return "learn";
+        case Button::dry_run: return "dry-run";
+        case Button::to_end: return "to-end";
+        case Button::hold: return "hold";
+        case Button::stop: return "stop";
+        case Button::start: return "start";
+        case Button::resume: return "resume";
+        case Button::report: return "report";
+        case Button::cut_done: return "cut-done";
+        case Button::enter: return "enter";
+        case Button::store: return "store";
+        default: return "";
+    }
+}
+
+// How linuxcnc_link shows it to the operator as a message of LinuxCNC.
+enum class Tell {
+    by_kind,       // a bad one as an error, any other never
+    never,         // screens show it, or another component tells its cause
+    behind_panel,  // as a text, unless plumb panel is on the screen
+    text,
+    error,
+};
+
+constexpr const char* name(Tell tell) {
+    switch (tell) {
+        case Tell::behind_panel: return "behind-panel";
+        case Tell::text: return "text";
+        case Tell::error: return "error";
+        default: return "never";
+    }
+}
+
 // A status as people read it.
 struct Said {
     Kind kind = Kind::bad;
     const char* sentence = nullptr;  // null: there is no such status
     const char* remedy = "";         // a sentence: what ends it
-    const char* button = "";         // of a screen that does this: switch, acknowledge, learn, to-end, resume
-    const char* detail = "";         // pin that says more: a code, for its sentence, or a quantity
+    Button button = Button::none;
+    const char* detail = "";  // pin that says more: a code, for its sentence, or a quantity
+    const char* size = "";    // pin with the size of that: a length
+    Tell tell = Tell::by_kind;
+    double after = 0;  // s for which it must last before it is told
+
+    constexpr Said told(Tell how, double seconds = 0) const {
+        Said result = *this;
+        result.tell = how;
+        result.after = seconds;
+        return result;
+    }
+    constexpr Said sized(const char* pin) const {
+        Said result = *this;
+        result.size = pin;
+        return result;
+    }
 };
+
+constexpr Tell tell(const Said& its) {
+    if (its.tell != Tell::by_kind) return its.tell;
+    return its.kind == Kind::bad ? Tell::error : Tell::never;
+}
 
 inline constexpr std::int32_t services = 8;
 inline constexpr std::int32_t first_own = 40;
@@ -87,7 +163,7 @@ constexpr Said said_of_service(Common status) {
                                             "Off: service 3 is not ready.",
                                             "Off: LinuxCNC's task (service 4) is not ready.",
                                             "Off: LinuxCNC's io (service 5) is not ready.",
-                                            "Off: service 6 is not ready.",
+                                            "Off: growth_log (service 6) is not ready.",
                                             "Off: service 7 is not ready."};
     constexpr const char* lost[services] = {"Off: plumb-retain (service 0) does not answer.",
                                             "Off: linuxcnc_link (service 1) does not answer.",
@@ -95,7 +171,7 @@ constexpr Said said_of_service(Common status) {
                                             "Off: service 3 does not answer.",
                                             "Off: LinuxCNC's task (service 4) does not answer.",
                                             "Off: LinuxCNC's io (service 5) does not answer.",
-                                            "Off: service 6 does not answer.",
+                                            "Off: growth_log (service 6) does not answer.",
                                             "Off: service 7 does not answer."};
     constexpr const char* ending[services] = {
         "Goes off when the program ends: plumb-retain (service 0) does not answer.",
@@ -104,23 +180,26 @@ constexpr Said said_of_service(Common status) {
         "Goes off when the program ends: service 3 does not answer.",
         "Goes off when the program ends: LinuxCNC's task (service 4) does not answer.",
         "Goes off when the program ends: LinuxCNC's io (service 5) does not answer.",
-        "Goes off when the program ends: service 6 does not answer.",
+        "Goes off when the program ends: growth_log (service 6) does not answer.",
         "Goes off when the program ends: service 7 does not answer."};
     if (!is_of_service(static_cast<std::int32_t>(status))) return {};
     const std::int32_t number = static_cast<std::int32_t>(status) - static_cast<std::int32_t>(Common::late);
     const std::int32_t its = number % services;
     switch (number / services) {
         case 0:
-            return {Kind::warn, late[its], "Wait until it is ready. If it stays so, start LinuxCNC again."};
-        case 1: return {Kind::bad, lost[its], "Start LinuxCNC again."};
+            return Said{Kind::warn, late[its],
+                        "Wait until it is ready. If it stays so, start LinuxCNC again."}
+                .told(Tell::text, 30);
+        // interlock tells a loss, once for all functions.
+        case 1: return Said{Kind::bad, lost[its], "Start LinuxCNC again."}.told(Tell::never);
         default: return {Kind::warn, ending[its], "Start LinuxCNC again after the program."};
     }
 }
 
 constexpr Said said(Common status) {
     switch (status) {
-        case Common::fault: return {Kind::bad, "A fault is active.", "Remove its cause.", "", "fault-code"};
-        case Common::off: return {Kind::off, "Switched off.", "Switch it on.", "switch"};
+        case Common::fault: return {Kind::bad, "A fault is active.", "Remove its cause.", {}, "fault-code"};
+        case Common::off: return {Kind::off, "Switched off.", "Switch it on.", Button::switch_on};
         case Common::suspended:
             return {Kind::wait, "Suspended by the part program.", "The program ends this."};
         case Common::probing:
@@ -129,13 +208,15 @@ constexpr Said said(Common status) {
         case Common::not_homed: return {Kind::wait, "The machine is not homed.", "Home all axes."};
         case Common::renew:
             return {Kind::bad, "Off: a service was lost, and answers again.", "Turn the switch off and on.",
-                    "switch"};
+                    Button::switch_on};
         case Common::order:
-            return {Kind::bad, "Held: functions of Plumb are in a wrong order in their thread.",
-                    "Run plumb doctor --running."};
+            return Said{Kind::bad, "Held: functions of Plumb are in a wrong order in their thread.",
+                        "Run plumb doctor --running."}
+                .told(Tell::never);  // a fault of interlock
         case Common::stage_fault:
-            return {Kind::bad, "The stage of an axis has a fault, and does not follow.",
-                    "Look at the faults of the stages."};
+            return Said{Kind::bad, "The stage of an axis has a fault, and does not follow.",
+                        "Look at the faults of the stages."}
+                .told(Tell::never);  // a fault of the stage
         case Common::stage_lacks:
             return {Kind::wait, "An axis lacks its offset.", "It gets it when the next cycle begins."};
         case Common::stage_limited:

@@ -23,6 +23,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -58,9 +59,26 @@ bool sentence(const std::string& text) {
            text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
 }
 
-// Of a screen.
-const std::set<std::string> buttons{"",     "switch", "acknowledge", "learn",  "dry-run", "to-end", "report",
-                                    "hold", "stop",   "start",       "resume", "enter",   "store"};
+bool has_output(const hal::Declarations& declared, const std::string& name) {
+    return std::any_of(declared.pins.begin(), declared.pins.end(),
+                       [&](const hal::PinInfo& pin) { return pin.output && pin.name == name; });
+}
+
+// Errors in what is told when a bit rises.
+Complaints about_told(const hal::Declarations& declared) {
+    Complaints result;
+    for (const hal::ToldInfo& told : declared.told) {
+        if (!has_output(declared, told.pin)) result.push_back("told: there is no pin " + told.pin);
+        const std::regex braces("\\{([^}]*)\\}");
+        for (std::sregex_iterator each(told.sentence.begin(), told.sentence.end(), braces), end; each != end;
+             ++each)
+            if (!has_output(declared, (*each)[1]))
+                result.push_back("told: there is no pin " + (*each)[1].str());
+        if (told.sentence.front() != '{' && !sentence(told.sentence))
+            result.push_back("told: not one sentence: " + told.sentence);
+    }
+    return result;
+}
 
 // Errors in the status of a function or stage: each has a sentence, and a remedy unless all is well. A stage
 // is off if nobody asks for an offset, which needs no remedy.
@@ -73,13 +91,9 @@ Complaints about_status(const hal::Declarations& declared, hal::Role role) {
             const bool remedy_needed = its.kind != hal::Kind::good && !at_rest;
             if (*its.remedy ? !sentence(its.remedy) : remedy_needed)
                 result.push_back(which + "its remedy is no sentence: " + its.remedy);
-            if (buttons.count(its.button) == 0)
-                result.push_back(which + "no screen has the button " + its.button);
-            const std::string detail = its.detail;
-            const bool known =
-                std::any_of(declared.pins.begin(), declared.pins.end(),
-                            [&](const hal::PinInfo& pin) { return pin.output && pin.name == detail; });
-            if (!detail.empty() && !known) result.push_back(which + "there is no pin " + detail);
+            for (const std::string detail : {its.detail, its.size})
+                if (!detail.empty() && !has_output(declared, detail))
+                    result.push_back(which + "there is no pin " + detail);
         }
     return result;
 }
@@ -116,6 +130,7 @@ Complaints about_declarations(const hal::Model& model, const std::string& file_n
     demand(declared.statuses.size() == (has_status ? 1 : 0),
            "a function or stage declares one hal::Status, and no other component any");
     for (const std::string& complaint : about_status(declared, model.role)) result.push_back(complaint);
+    for (const std::string& complaint : about_told(declared)) result.push_back(complaint);
     const hal::Page page(model.about.page);
     for (const char* heading : {"DESCRIPTION", "WIRING", "BEHAVIOUR"})
         demand(!page.section(heading).empty(), std::string("no ") + heading);

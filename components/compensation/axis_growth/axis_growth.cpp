@@ -18,7 +18,8 @@ namespace plumb {
 
 struct AxisGrowth final : hal::Component {
     static constexpr hal::About about{
-        "axis_growth", "compensates thermal growth of X, Y and Z, by temperatures and spindle speed", page};
+        "axis_growth", "compensates thermal growth of X, Y and Z, by temperatures and spindle speed", page,
+        "Growth of the axes"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

@@ -20,6 +20,7 @@ enum class AxisGrowthStatus : std::int32_t {
 
 constexpr hal::Said said(AxisGrowthStatus status) {
     using hal::Kind;
+    using hal::Tell;
     switch (status) {
         case AxisGrowthStatus::corrects: return {Kind::good, "Corrects the growth of the axes."};
         case AxisGrowthStatus::no_law:
@@ -31,12 +32,14 @@ constexpr hal::Said said(AxisGrowthStatus status) {
         case AxisGrowthStatus::returns:
             return {Kind::bad, "A temperature is lost: the offset returns to 0.", "Check the sensors."};
         case AxisGrowthStatus::doubted:
-            return {Kind::warn, "The growth may be wrong.", "Check the sensors and the law.", "",
-                    "doubt-code"};
+            return hal::Said{
+                Kind::warn, "The growth may be wrong.", "Check the sensors and the law.", {}, "doubt-code"}
+                .told(Tell::text);
         case AxisGrowthStatus::bounded:
-            return {Kind::warn,
-                    "The growth of an axis exceeds the largest offset, and is not corrected in full.",
-                    "Check the sensors, or raise the largest offset."};
+            return hal::Said{
+                Kind::warn, "The growth of an axis exceeds the largest offset, and is not corrected in full.",
+                "Check the sensors, or raise the largest offset."}
+                .told(Tell::text);
         case AxisGrowthStatus::ramping:
             return {Kind::wait, "The axes move to their offsets.", "Wait for the end of the move."};
         default: return hal::said(static_cast<hal::Common>(status));

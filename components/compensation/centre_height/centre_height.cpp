@@ -11,8 +11,9 @@
 namespace plumb {
 
 struct CentreHeight final : hal::Component {
-    static constexpr hal::About about{
-        "centre_height", "measures the height of a lathe tool's edge from turned diameters", page};
+    static constexpr hal::About about{"centre_height",
+                                      "measures the height of a lathe tool's edge from turned diameters",
+                                      page, "Centre height"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

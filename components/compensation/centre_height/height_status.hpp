@@ -24,27 +24,46 @@ enum class HeightStatus : std::int32_t {
 
 constexpr hal::Said said(HeightStatus status) {
     using hal::Kind;
+    using hal::Tell;
     using S = HeightStatus;
     switch (status) {
-        case S::idle: return {Kind::off, "No tool is measured.", "Begin with one of the methods.", "start"};
-        case S::cut: return {Kind::wait, "Waits for the next cut.", "Cut the next land."};
+        case S::idle:
+            return {Kind::off, "No tool is measured.", "Begin with one of the methods.", hal::Button::start};
+        case S::cut:
+            return {Kind::wait, "Waits for the next cut.", "Cut the next land.", hal::Button::cut_done};
         case S::measure:
-            return {Kind::wait, "Waits for the measurement of this cut.", "Measure this cut, and enter the value.", "enter"};
-        case S::on_centre: return {Kind::good, "The tool is on centre."};
+            return hal::Said{Kind::wait, "Waits for the measurement of this cut.",
+                             "Measure it, and enter the value: on the panel, by M452 P, or by the gauge.",
+                             hal::Button::enter}
+                .told(Tell::behind_panel);
+        case S::on_centre: return hal::Said{Kind::good, "The tool is on centre."}.told(Tell::behind_panel);
         case S::off_centre:
-            return {Kind::warn, "The tool is off centre.", "Store the values.", "store", "verdict-code"};
+            return hal::Said{Kind::warn, "The tool is off centre.", "Store the values.", hal::Button::store,
+                             "verdict-code"}
+                .told(Tell::behind_panel);
         case S::unsure:
-            return {Kind::warn, "The height is not known well enough.", "Cut again.", "", "verdict-code"};
+            return hal::Said{
+                Kind::warn, "The height is not known well enough.", "Cut again.", {}, "verdict-code"}
+                .told(Tell::behind_panel);
         case S::held:
-            return {Kind::warn, "The tool is off centre, and nothing may be stored.", "Remove the cause.", "",
-                    "hold-code"};
+            return hal::Said{Kind::warn,
+                             "The tool is off centre, and nothing may be stored.",
+                             "Remove the cause.",
+                             {},
+                             "hold-code"}
+                .told(Tell::behind_panel);
         case S::refused:
-            return {Kind::bad, "The cuts give no height.", "Begin again.", "start", "fault-code"};
+            return {Kind::bad, "The cuts give no height.", "Begin again.", hal::Button::start, "fault-code"};
         case S::interrupted:
-            return {Kind::warn, "The measurement is interrupted.", "Resume it, or begin again.", "resume"};
+            return {Kind::warn, "The measurement is interrupted.", "Resume it, or begin again.",
+                    hal::Button::resume};
         case S::disagree:
-            return {Kind::warn, "The cuts disagree: a burr, a chip or a slip.",
-                    "Cut more lands, or begin again.", "", "hold-code"};
+            return hal::Said{Kind::warn,
+                             "The cuts disagree: a burr, a chip or a slip.",
+                             "Cut more lands, or begin again.",
+                             {},
+                             "hold-code"}
+                .told(Tell::behind_panel);
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }

@@ -20,7 +20,8 @@ namespace plumb {
 
 struct Chopping final : hal::Component {
     static constexpr hal::About about{
-        "chopping", "strokes an axis between two dead points, while others follow a contour", page};
+        "chopping", "strokes an axis between two dead points, while others follow a contour", page,
+        "Chopping"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

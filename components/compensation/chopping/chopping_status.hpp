@@ -29,23 +29,28 @@ constexpr hal::Said said(ChoppingStatus status) {
     using hal::Kind;
     using S = ChoppingStatus;
     switch (status) {
-        case S::strokes: return {Kind::good, "The axis strokes.", "", "", "stroke-count"};
+        case S::strokes: return {Kind::good, "The axis strokes.", "", {}, "stroke-count"};
         case S::bounded:
-            return {Kind::warn, "The axis strokes, and a bound is active.",
-                    "Wait while it learns. Else change the stroke, or the limit that is given.", "",
+            return {Kind::warn,
+                    "The axis strokes, and a bound is active.",
+                    "Wait while it learns. Else change the stroke, or the limit that is given.",
+                    {},
                     "limited-code"};
         case S::with_fault:
             return {Kind::bad, "The axis strokes with a fault.", "Stop the strokes, and remove the cause.",
-                    "stop", "fault-code"};
+                    hal::Button::stop, "fault-code"};
         case S::hold_ordered:
             return {Kind::warn, "A hold is ordered: the axis goes on to where it will stand.",
-                    "End the hold, and the strokes go on.", "hold"};
+                    "End the hold, and the strokes go on.", hal::Button::hold};
         case S::held:
             return {Kind::warn, "Held: the axis stands away from point R, and goes on after the hold.",
-                    "End the hold, or stop the strokes.", "hold", "offset"};
+                    "End the hold, or stop the strokes.", hal::Button::hold, "offset"};
         case S::held_by_speed:
-            return {Kind::warn, "Held by the speed 0: the axis stands, and goes on with the speed.",
-                    "Raise the override.", "", "offset"};
+            return {Kind::warn,
+                    "Held by the speed 0: the axis stands, and goes on with the speed.",
+                    "Raise the override.",
+                    {},
+                    "offset"};
         case S::ends:
             return {Kind::warn, "The strokes end. Moves of a program wait until then.",
                     "Wait. Jogs do not wait: jog another axis, not this one."};
@@ -55,21 +60,27 @@ constexpr hal::Said said(ChoppingStatus status) {
         case S::stopped:
             return {Kind::bad, "Stopped by a fault, away from point R.",
                     "Remove the cause, then move the axis to point R. Jog another axis, not this one.",
-                    "to-end", "fault-code"};
+                    hal::Button::to_end, "fault-code"};
         case S::away_off:
-            return {Kind::warn, "The machine is off, and the axis stands away from point R.",
-                    "Turn the machine on, then move the axis to point R.", "", "offset"};
-        case S::away:
-            return {Kind::warn, "The axis stands away from point R.", "Move the axis to point R.", "to-end",
+            return {Kind::warn,
+                    "The machine is off, and the axis stands away from point R.",
+                    "Turn the machine on, then move the axis to point R.",
+                    {},
                     "offset"};
+        case S::away:
+            return {Kind::warn, "The axis stands away from point R.", "Move the axis to point R.",
+                    hal::Button::to_end, "offset"};
         case S::stands_off:
             return {Kind::warn, "The axis stands away from where the stroke began.",
-                    "Jog it clear, or start strokes from here.", "start", "stands-off-by"};
+                    "Jog it clear, or start strokes from here.", hal::Button::start, "stands-off-by"};
         case S::place_lost:
-            return {Kind::bad, "The place of the axis is unknown, and nothing moves it.",
-                    "Check encoder and supply. Then turn the machine off, unhome the joint, and home it.", "",
+            return {Kind::bad,
+                    "The place of the axis is unknown, and nothing moves it.",
+                    "Check encoder and supply. Then turn the machine off, unhome the joint, and home it.",
+                    {},
                     "fault-code"};
-        case S::at_rest: return {Kind::off, "At rest at point R.", "G81.1 or Start begins strokes.", "start"};
+        case S::at_rest:
+            return {Kind::off, "At rest at point R.", "G81.1 or Start begins strokes.", hal::Button::start};
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }

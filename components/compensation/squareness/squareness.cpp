@@ -25,7 +25,7 @@ namespace plumb {
 
 struct Squareness final : hal::Component {
     static constexpr hal::About about{"squareness", "corrects tilted columns and rails, for the tool in use",
-                                      page};
+                                      page, "Squareness"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

@@ -20,6 +20,7 @@ enum class SquarenessStatus : std::int32_t {
 
 constexpr hal::Said said(SquarenessStatus status) {
     using hal::Kind;
+    using hal::Tell;
     switch (status) {
         case SquarenessStatus::corrects: return {Kind::good, "Corrects the tilts that were measured."};
         case SquarenessStatus::nothing_set:
@@ -27,20 +28,29 @@ constexpr hal::Said said(SquarenessStatus status) {
         case SquarenessStatus::ramping:
             return {Kind::wait, "The axes move to their correction.", "Wait for the end of the move."};
         case SquarenessStatus::bounded:
-            return {Kind::warn, "Corrects only in part.", "Measure again, or change the limit that is given.",
-                    "", "limited-code"};
+            return hal::Said{Kind::warn,
+                             "Corrects only in part.",
+                             "Measure again, or change the limit that is given.",
+                             {},
+                             "limited-code"}
+                .told(Tell::text);
         case SquarenessStatus::unsettled:
-            return {Kind::warn, "The next cut did not wait for the correction of its tool.",
-                    "Check the first cut of this tool.", "", "unsettled-code"};
+            return hal::Said{Kind::warn,
+                             "The next cut did not wait for the correction of its tool.",
+                             "Check the first cut of this tool.",
+                             {},
+                             "unsettled-code"}
+                .told(Tell::text);
         case SquarenessStatus::doubtful:
             return {Kind::wait,
                     "The direction in which an axis moved last is not certain, so its lost motion may not be "
                     "corrected.",
                     "Move each axis by 0.1 mm before the next cut."};
         case SquarenessStatus::cut_in_doubt:
-            return {Kind::warn,
-                    "A cut began while the direction in which an axis moved last was not certain.",
-                    "Check this cut: it may be off by the lost motion. Move each axis by 0.1 mm."};
+            return hal::Said{Kind::warn,
+                             "A cut began while the direction in which an axis moved last was not certain.",
+                             "Check this cut: it may be off by the lost motion. Move each axis by 0.1 mm."}
+                .told(Tell::text);
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }

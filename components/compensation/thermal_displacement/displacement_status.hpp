@@ -23,55 +23,79 @@ enum class DisplacementStatus : std::int32_t {
     no_contact,
     bounded,
     asks,
-    asks_origin
+    asks_origin,
+    uncertain
 };
 
 constexpr hal::Said said(DisplacementStatus status) {
     using hal::Kind;
+    using hal::Tell;
     using S = DisplacementStatus;
     switch (status) {
-        case S::works: return {Kind::good, "Corrects the growth.", "", "", "offset-sigma"};
+        case S::works: return {Kind::good, "Corrects the growth.", "", {}, "offset-sigma"};
         case S::load_lost:
-            return {Kind::bad, "The load is lost: its sensor reports no valid value.",
-                    "Check the sensor of the load.", "", "doubt-code"};
-        case S::learning: return {Kind::good, "Learns from this part.", "", "", "contacts"};
+            return {Kind::bad,
+                    "The load is lost: its sensor reports no valid value.",
+                    "Check the sensor of the load.",
+                    {},
+                    "doubt-code"};
+        case S::learning: return {Kind::good, "Learns from this part.", "", {}, "contacts"};
         case S::will_learn:
             return {Kind::wait, "Learns from the next part.", "Run one part on the cold machine."};
         case S::learning_failed:
-            return {Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.", "learn",
-                    "learning-failed-code"};
+            return hal::Said{Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.",
+                             hal::Button::learn, "learning-failed-code"}
+                .told(Tell::text);
         case S::refused:
             return {Kind::bad, "The reference is refused: nothing is corrected.",
-                    "Acknowledge if the reference fits, or learn again.", "acknowledge", "refusal-code"};
+                    "Acknowledge if the reference fits, or learn again.", hal::Button::acknowledge,
+                    "refusal-code"};
         case S::no_reference:
             return {Kind::warn, "There is no reference: nothing is corrected.",
-                    "Learn from a part on the cold machine.", "learn"};
+                    "Learn from a part on the cold machine.", hal::Button::learn};
         case S::kept:
-            return {Kind::wait, "A reference is kept, and waits for its program.",
-                    "Start the program. Do not learn again.", "", "rows"};
+            return {Kind::wait,
+                    "A reference is kept, and waits for its program.",
+                    "Start the program. Do not learn again.",
+                    {},
+                    "rows"};
         case S::other_program:
             return {Kind::warn, "The kept reference is of another program or other tools.",
-                    "Load its program. Learning again replaces the reference.", "learn"};
+                    "Load its program. Learning again replaces the reference.", hal::Button::learn};
         case S::doubted:
-            return {Kind::warn, "The growth is not trusted.", "Remove the cause, or learn again.", "",
-                    "doubt-code"};
+            return hal::Said{Kind::warn,
+                             "The growth is not trusted.",
+                             "Remove the cause, or learn again.",
+                             {},
+                             "doubt-code"}
+                .told(Tell::behind_panel);
+        case S::uncertain:
+            return {Kind::warn, "The growth is uncertain.", "Wait for the next contacts.", {}, "doubt-code"};
         case S::asks:
-            return {Kind::warn,
-                    "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                    "If work, zero, tool or drive have changed, it is not growth; else it is. Answer on the "
-                    "panel, or by growth_answer.",
-                    "", "doubt-code"};
+            return hal::Said{
+                Kind::warn,
+                "Contacts moved at once: the offset leaves that out, and waits for your answer.",
+                "If work, zero, tool or drive have changed, it is not growth. Answer on the panel, "
+                "or by growth_answer.",
+                {},
+                "doubt-code"}
+                .sized("shift-size")
+                .told(Tell::behind_panel);
         case S::asks_origin:
-            return {Kind::warn, "The work offset or a tool length has changed without a reason.",
-                    "Give the reason: a new zero, growth corrected by hand, or another depth. Answer on the "
-                    "panel, or by growth_answer.",
-                    "", "doubt-code"};
+            return hal::Said{
+                Kind::warn, "The work offset or a tool length has changed without a reason.",
+                "Give the reason on the panel, or by growth_answer: a new zero, growth corrected by "
+                "hand, or another depth."}
+                .sized("origin-change")
+                .told(Tell::behind_panel);
         case S::dry_run:
             return {Kind::off, "Measure only: the growth is measured, and Z is not moved.",
-                    "Let it correct when the growth is plausible.", "dry-run"};
+                    "Let it correct when the growth is plausible.", hal::Button::dry_run};
         case S::no_contact:
-            return {Kind::wait, "Waits for the first contact: the growth is not known yet.",
-                    "The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."};
+            return hal::Said{
+                Kind::wait, "Waits for the first contact: the growth is not known yet.",
+                "The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."}
+                .told(Tell::behind_panel);
         case S::bounded:
             return {Kind::warn, "The growth exceeds the largest offset: Z is corrected in part.",
                     "Check the contacts, or raise the largest offset."};
@@ -85,6 +109,7 @@ struct DisplacementSeen {
     bool refused = false, has_reference = false, has_rows = false;  // has_reference: for this program
     bool cycle_running = false, dry_run = false, doubted = false, asks = false, asks_origin = false;
     bool known = false, bounded = false;
+    bool uncertain = false;  // doubted, and nobody has to act
     DisplacementStatus interlock{};
 };
 
@@ -116,6 +141,7 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {its.interlock != S{}, its.interlock},
                           {its.asks_origin, S::asks_origin},
                           {its.asks, S::asks},
+                          {its.uncertain, S::uncertain},
                           {its.doubted, S::doubted},
                           {its.dry_run, S::dry_run},
                           {!its.known, S::no_contact},

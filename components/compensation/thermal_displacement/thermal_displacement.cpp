@@ -50,7 +50,8 @@ constexpr const char* sentence(Fault fault) {
 struct ThermalDisplacement final : hal::Component {
     static constexpr hal::About about{
         "thermal_displacement",
-        "compensates thermal growth along Z, measured by the contacts of the tools with the work", page};
+        "compensates thermal growth along Z, measured by the contacts of the tools with the work", page,
+        "Growth of Z"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;
@@ -201,7 +202,9 @@ private:
         seen.has_rows = measured_.cycle().references().size() > 0;
         seen.cycle_running = now.cycle_running;
         seen.dry_run = dry;
-        seen.doubted = measured_.known() && applying && measured_.authority().doubt() != Doubt::none;
+        const Doubt doubt = measured_.known() && applying ? measured_.authority().doubt() : Doubt::none;
+        seen.doubted = doubt != Doubt::none;
+        seen.uncertain = leaves_nothing_to_do(doubt);
         seen.asks_origin = applying && measured_.origin_change() != 0;
         seen.asks = applying && measured_.from_contacts().shift(settings_.contact.growth) != Shift::none;
         seen.known = measured_.known();

@@ -34,6 +34,9 @@ struct WorkSummary : hal::Group {
     hal::Out<double> offset{this, "summary-offset", "mu", "Largest offset in that time."};
     hal::Out<double> error{this, "summary-sigma", "mu", "Error of the offset to expect in these parts, rms."};
     hal::Out<double> doubt{this, "summary-doubt", "%", "Parts with a doubt."};
+    hal::Told told{this, "summary", hal::Tell::text,
+                   "Last shift: {summary-parts} parts, offset up to {summary-offset}, expected error "
+                   "{summary-sigma}, doubt in {summary-doubt} of the parts."};
 
 private:
     void end_part() noexcept {

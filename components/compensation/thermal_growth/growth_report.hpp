@@ -41,6 +41,7 @@ struct TestReport : hal::Group {
     hal::Out<bool> confirmed{this, "confirmed", "The control confirms both wanted states."};
     hal::Codes<Advice> advice{this, "advice", "The settings are unusual; advice-code gives how.",
                               "Number of the advice; 0 for none."};
+    hal::Told told_advice{this, "advice", hal::Tell::behind_panel, "{advice-code}"};
     hal::Codes<Fault> fault{this, "fault"};
     hal::Out<std::int32_t> fault_bore{this, "fault-bore", "Number of the bore of the fault; 0 for none."};
 

@@ -22,25 +22,32 @@ enum class Status : std::int32_t {
 
 constexpr hal::Said said(Status status) {
     using hal::Kind;
+    using hal::Tell;
     switch (status) {
-        case Status::runs: return {Kind::good, "The test runs.", "", "", "state-code"};
+        case Status::runs: return {Kind::good, "The test runs.", "", {}, "state-code"};
         case Status::paused:
             return {Kind::warn, "The program is paused: the machine cools.", "Resume the program."};
         case Status::program_lost:
             return {Kind::bad, "The program of the test has ended without its end: nothing is probed.",
                     "Start LinuxCNC again, then resume.ngc."};
         case Status::warm:
-            return {Kind::good, "The test has ended: the machine is warm.", "Look at its report.", "report"};
+            return hal::Said{Kind::good, "The test has ended: the machine is warm.",
+                             "The pass that follows is the last warm one. Look at its report.",
+                             hal::Button::report}
+                .told(Tell::behind_panel);
         case Status::time_over:
-            return {Kind::warn,
-                    "The test has ended at its maximum time: the machine is not warm by the rules.",
-                    "Look at its report.", "report"};
+            return hal::Said{Kind::warn,
+                             "The test has ended at its maximum time: the machine is not warm by the rules.",
+                             "Look at its report.", hal::Button::report}
+                .told(Tell::behind_panel);
         case Status::resumable:
-            return {Kind::warn, "The test was interrupted.", "Start resume.ngc to go on.", "resume"};
+            return {Kind::warn, "The test was interrupted.", "Start resume.ngc to go on.",
+                    hal::Button::resume};
         case Status::interrupted:
             return {Kind::warn, "The test was interrupted. resume.ngc is refused before a restart.",
                     "Start LinuxCNC again, then resume.ngc."};
-        case Status::idle: return {Kind::off, "No test runs.", "Start the program of the test.", "start"};
+        case Status::idle:
+            return {Kind::off, "No test runs.", "Start the program of the test.", hal::Button::start};
         default: return hal::said(static_cast<hal::Common>(status));
     }
 }

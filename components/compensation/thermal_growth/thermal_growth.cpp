@@ -11,7 +11,8 @@ using namespace growth_test;
 struct ThermalGrowthTest final : hal::Component {
     static constexpr hal::About about{
         "thermal_growth_test",
-        "measures how much a machine grows as it warms, and whether its compensation helps", page};
+        "measures how much a machine grows as it warms, and whether its compensation helps", page,
+        "Growth test"};
 
     static constexpr hal::Role role = hal::Role::compensation;
     using Component::Component;

@@ -31,7 +31,8 @@ constexpr const char* sentence(LogFault fault) {
 
 struct GrowthLogProgram final : hal::Component {
     static constexpr hal::About about{
-        "growth_log", "writes the log of thermal_growth_test, and gives it back after a restart", page};
+        "growth_log", "writes the log of thermal_growth_test, and gives it back after a restart", page,
+        "Log of the growth test"};
 
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
@@ -174,7 +175,8 @@ private:
             const auto record = rows_->read(row);
             if (!record) return false;
             const auto number = static_cast<std::size_t>(row);
-            if (growth_log_file::line(*record, number) != growth_log_file::line(last_->records[number], number))
+            if (growth_log_file::line(*record, number) !=
+                growth_log_file::line(last_->records[number], number))
                 return true;
         }
         writer_->resume(*last_);

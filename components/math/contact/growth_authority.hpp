@@ -72,6 +72,11 @@ constexpr const char* sentence(Doubt doubt) {
     }
 }
 
+// Whether the next contacts end this doubt by themselves.
+constexpr bool leaves_nothing_to_do(Doubt doubt) {
+    return doubt == Doubt::prediction || doubt == Doubt::uncertain || doubt == Doubt::held_back;
+}
+
 // The growth that may be applied: that of the last contacts and, as far as it is certain, the change that the
 // model adds to it. Only a part of an uncertain growth is applied: see allowed(). In a cycle a loss of
 // certainty holds it as it is.

@@ -31,8 +31,9 @@ constexpr hal::Said said(AxisOffsetStatus status) {
         case AxisOffsetStatus::waits:
             return {Kind::wait, "The axis lacks its offset.", "It gets it when the next cycle begins."};
         case AxisOffsetStatus::limited:
-            return {Kind::warn, "The axis does not have all of its offset.",
-                    "Move the axis away from its soft limit, or raise the largest offset."};
+            return hal::Said{Kind::warn, "The axis does not have all of its offset.",
+                             "Move the axis away from its soft limit, or raise the largest offset."}
+                .told(hal::Tell::text);
         case AxisOffsetStatus::ramping:
             return {Kind::wait, "The axis moves to its offset.", "Wait for the end of the move."};
         case AxisOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};

@@ -36,7 +36,8 @@ constexpr const char* sentence(Fault fault) {
 
 struct Interlock final : hal::Component {
     static constexpr hal::About about{
-        "interlock", "permits functions to compensate, arms stages, and requests that LinuxCNC waits", page};
+        "interlock", "permits functions to compensate, arms stages, and requests that LinuxCNC waits", page,
+        "Interlock"};
 
     static constexpr hal::Role role = hal::Role::stage;
     using Component::Component;
@@ -93,6 +94,20 @@ struct Interlock final : hal::Component {
     hal::Codes<Waiting> waiting{this, "waiting", "The machine waits; waiting-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
     hal::ComponentStatus<InterlockStatus> status{this};
+    hal::Told told_held{this, "feed-held", hal::Tell::text,
+                        "The feed is held until the axes have their offsets."};
+    hal::Told told_loss{this, "feed-service-lost", hal::Tell::error, "{waiting-code}"};
+    hal::Told told_probing{
+        this, "probing-refused", hal::Tell::error,
+        "Probing is aborted: its result would contain the offset of an axis. Take the offset "
+        "back, or use o<probe_work> call."};
+    hal::Told told_defeat{
+        this, "hold-defeated", hal::Tell::error,
+        "A move began while an offset had not settled, and was aborted: M49, M51 P0 and M53 P0 "
+        "disable the holds of LinuxCNC."};
+    hal::Told told_lacks{
+        this, "uncompensated", hal::Tell::text,
+        "An axis lacks its offset until the next cycle starts: touch off by o<touch_off> call."};
 
     hal::Function run{this, "update", &Interlock::update, hal::Place::interlock};
 

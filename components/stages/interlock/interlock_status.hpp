@@ -24,12 +24,13 @@ constexpr hal::Said said(InterlockStatus status) {
     switch (status) {
         case InterlockStatus::permits: return {Kind::good, "All functions that are switched on compensate."};
         case InterlockStatus::holds:
-            return {Kind::warn, "The machine waits.", "Remove the cause that is named.", "", "waiting-code"};
+            return {Kind::warn, "The machine waits.", "Remove the cause that is named.", {}, "waiting-code"};
         case InterlockStatus::nothing_on:
             return {Kind::off, "No function is switched on.", "Switch a function on."};
         case InterlockStatus::stage_fault:
-            return {Kind::bad, "A stage has a fault, and its axis does not follow.",
-                    "Look at the faults of the stages."};
+            return hal::Said{Kind::bad, "A stage has a fault, and its axis does not follow.",
+                             "Look at the faults of the stages."}
+                .told(hal::Tell::never);  // the stage tells it
         case InterlockStatus::withholds:
             return {Kind::warn, "A function is switched on, and a service that it needs is missing.",
                     "Look at the page of the function."};

@@ -29,7 +29,7 @@ constexpr const char* sentence(Waiting waiting) {
         "The feed is held: service 3 does not answer. Start LinuxCNC again.",
         "The feed is held: LinuxCNC's task (service 4) does not answer. Start LinuxCNC again.",
         "The feed is held: LinuxCNC's io (service 5) does not answer. Start LinuxCNC again.",
-        "The feed is held: service 6 does not answer. Start LinuxCNC again.",
+        "The feed is held: growth_log (service 6) does not answer. Start LinuxCNC again.",
         "The feed is held: service 7 does not answer. Start LinuxCNC again."};
     switch (waiting) {
         case Waiting::renew:

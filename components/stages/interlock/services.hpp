@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace plumb {
 
@@ -16,6 +17,26 @@ struct Services : hal::Group {
     static constexpr std::int32_t all = (1 << number) - 1;  // as a sum of 1, 2, 4, ... 128
     static constexpr double longest = 3600;                 // s
     static constexpr double fastest = 1000, slowest = 0.01;
+
+    // Of those that hold no feed: waiting-code tells the others.
+    struct Losses {
+        explicit Losses(hal::Owner owner) {
+            constexpr const char* names[number] = {"Service 0, plumb-retain,",
+                                                   "Service 1, linuxcnc_link,",
+                                                   "Service 2",
+                                                   "Service 3",
+                                                   nullptr,
+                                                   nullptr,
+                                                   "Service 6, growth_log,",
+                                                   "Service 7"};
+            for (std::size_t i = 0; i < number; ++i)
+                if (names[i])
+                    hal::Told(owner, "service-lost-" + std::to_string(i), hal::Tell::error,
+                              std::string(names[i]) +
+                                  " does not answer. Functions that need it go off when "
+                                  "the program ends. Start LinuxCNC again.");
+        }
+    };
 
     using Group::Group;
 
@@ -37,6 +58,7 @@ struct Services : hal::Group {
 
     hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service runs and is ready."};
     hal::Row<hal::Out<bool>, number> lost{this, "service-lost", "The heartbeat has stopped."};
+    Losses told_losses{this};
     hal::Row<hal::Out<bool>, number> not_ready{this, "service-not-ready",
                                                "The service has a fault, and is not ready."};
     hal::Row<hal::Out<bool>, number> troubled{this, "service-troubled",

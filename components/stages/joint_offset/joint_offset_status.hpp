@@ -15,8 +15,9 @@ constexpr hal::Said said(JointOffsetStatus status) {
     switch (status) {
         case JointOffsetStatus::applies: return {Kind::good, "The joint has the offset of its sources."};
         case JointOffsetStatus::limited:
-            return {Kind::warn, "The joint does not have all of its offset.",
-                    "Move the joint away from its soft limit, or raise its largest offset or rate."};
+            return hal::Said{Kind::warn, "The joint does not have all of its offset.",
+                             "Move the joint away from its soft limit, or raise its largest offset or rate."}
+                .told(hal::Tell::text);
         case JointOffsetStatus::ramping:
             return {Kind::wait, "The joint moves to its offset.", "Wait for the end of the move."};
         case JointOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};

@@ -275,6 +275,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
          {"a change of the origin without a reason", [](auto& its) { its.asks_origin = true; },
           S::asks_origin, Kind::warn},
          {"a shift without an answer", [](auto& its) { its.asks = true; }, S::asks, Kind::warn},
+         {"the next contacts decide", [](auto& its) { its.uncertain = true; }, S::uncertain, Kind::warn},
          {"contacts do not come", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
          {"dry run", [](auto& its) { its.dry_run = true; }, S::dry_run, Kind::off},
          {"no contact yet", [](auto& its) { its.known = false; }, S::no_contact, Kind::wait},
@@ -284,7 +285,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
 
 TEST(DisplacementStatus, KeptRowsSendNobodyToLearn) {
     const hal::Said its = said(DisplacementStatus::kept);
-    EXPECT_STREQ(its.button, "");
+    EXPECT_EQ(its.button, hal::Button::none);
     EXPECT_NE(std::string(its.remedy).find("Do not learn again"), std::string::npos);
 }
 
