@@ -19,16 +19,16 @@ from plumb_folder import TemporaryFolder  # noqa: E402
 from trials import Trials  # noqa: E402
 from wiring import Wiring  # noqa: E402
 
-# INI file, what the names of the files begin with, functions, the file of retain, and functions of other INI files that show messages.
+# INI file, what the names of the files begin with, functions, and the file of retain.
 CONFIGURATIONS = (
-    ("mill/mill.ini", "", ("thermal_displacement", "squareness"), "mill.toml", ("thermal_growth_test",)),
-    ("portal/column.ini", "", ("squareness",), None, ()),
-    ("portal/portal.ini", "portal_", ("squareness",), None, ()),
-    ("lathe/lathe.ini", "", ("centre_height",), None, ()),
-    ("grinder/grinder.ini", "", ("chopping",), "grinder.toml", ()),
-    ("grinder/inch.ini", "inch_", ("chopping",), "inch.toml", ()),
-    ("growth/growth.ini", "", ("thermal_growth_test",), None, ()),
-    ("growth/identified.ini", "identified_", ("axis_growth", "thermal_growth_test"), None, ()),
+    ("mill/mill.ini", "", ("thermal_displacement", "squareness"), "mill.toml"),
+    ("portal/column.ini", "", ("squareness",), None),
+    ("portal/portal.ini", "portal_", ("squareness",), None),
+    ("lathe/lathe.ini", "", ("centre_height",), None),
+    ("grinder/grinder.ini", "", ("chopping",), "grinder.toml"),
+    ("grinder/inch.ini", "inch_", ("chopping",), "inch.toml"),
+    ("growth/growth.ini", "", ("thermal_growth_test",), None),
+    ("growth/identified.ini", "identified_", ("axis_growth", "thermal_growth_test"), None),
 )
 # The machine, without the plant behind it: a plant reads signals that the stages give.
 MACHINE = ("common/motion.hal", "common/joints.hal", "common/w_joint.hal", "common/drives.hal", "z_joint.hal", "common/spindle.hal", "common/iocontrol.hal")
@@ -52,7 +52,7 @@ def main():
     return 1 if arguments.check and others else 0
 
 
-def files(ini, beginning, names, kept, messaging):
+def files(ini, beginning, names, kept):
     """Text by path of the files that the stages of a configuration consist of."""
     known = all_functions(os.path.join(CONFIGS, "functions"))
     functions = [known[name] for name in names]
@@ -69,18 +69,11 @@ def files(ini, beginning, names, kept, messaging):
         if wiring.problems or renamed:  # the files of the functions are alike for all machines
             raise SystemExit("%s: %s" % (ini, "\n".join(wiring.problems) or "other names: %s" % renamed))
         written = wiring.files
-        texts = {"stages.hal": written.stages(), "order.tcl": written.order(), "messages.toml": written.messages()}
-        texts["messages.toml"] += "".join(messages_of(known[name]) for name in messaging)
+        texts = {"stages.hal": written.stages(), "order.tcl": written.order()}
         if kept:
             texts["retain.hal"] = written.retain().replace("/retain.toml", "/" + kept)
     texts["order.tcl"] = texts["order.tcl"].replace(" plumb_order.tcl]", " functions/plumb_order.tcl]")
-    texts["stages.hal"] = texts["stages.hal"].replace("/messages.toml", "/%smessages.toml" % beginning)
     return {os.path.join(folder, beginning + name): text for name, text in texts.items()}
-
-
-def messages_of(function):
-    text = function.text(function.name + "_messages.toml")
-    return "\n" + text[text.index("[[message]]") :]
 
 
 def look(path, temporary):

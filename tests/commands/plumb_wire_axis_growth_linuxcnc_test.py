@@ -25,7 +25,6 @@ class AxisGrowth(Sample):
         self.assertRegex(read(os.path.join(self.folder(AXIS_MM), "axis_growth.hal")), r"net program-running +=> axis-growth.cycle-running\n")
         growth = read(os.path.join(self.folder(AXIS_MM), "thermal_displacement.hal"))
         self.assertRegex(growth, r"net \S+ +=> growth.z-position\n")
-        self.assertIn('pin  = "axis-growth-doubt"', read(os.path.join(self.folder(AXIS_MM), "messages.toml")))
 
 
 if __name__ == "__main__":

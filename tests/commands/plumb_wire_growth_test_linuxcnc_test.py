@@ -28,7 +28,6 @@ class GrowthTest(Sample):
         self.assertEqual(status, 0, output)
         self.assertIn("growth.toml (yours, not written)", flat)
         self.assertEqual(read(bores), own)
-        self.assertIn('pin  = "test-fault"', read(os.path.join(self.folder(AXIS_MM), "messages.toml")))
 
 
 if __name__ == "__main__":

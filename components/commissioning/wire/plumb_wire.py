@@ -389,7 +389,6 @@ class Wire:
         files.update({name: hal[name] for name in alone})
         with open(os.path.join(FUNCTIONS, "plumb_order.tcl"), encoding="utf-8") as file:
             files["plumb_order.tcl"] = file.read()
-        files["messages.toml"] = wiring.files.messages()
         if not self.inline:
             files["plumb.inc"] = self.output.inc(self.sections(), self.numbers.values())
         records = [name for function in self.functions for name in function.records]

@@ -188,10 +188,3 @@ class HalFiles:
                 lines.append("source %s/%s" % (self.folder, name))
         return "\n".join(lines) + "\n"
 
-    def messages(self):
-        text = LICENSE + "\n# Written by plumb wire: the messages of linuxcnc_link to the operator.\n"
-        for function in self.functions:
-            own = function.text(function.name + "_messages.toml")
-            text += "\n" + own[own.index("[[message]]") :]
-        return text + "".join(part.messages for part in self.parts.all)
-

@@ -2,7 +2,7 @@
 """interlock, which stands between the functions, their stages, plumb-retain and LinuxCNC. It is loaded once."""
 
 import plumb
-from stages import Part, instance, message
+from stages import Part, instance
 
 RETAIN, LINK, TASK_AND_IO = 1, 2, 16 + 32  # the services of interlock, as sums
 
@@ -60,19 +60,12 @@ def interlock(functions, stages, has_operation):
         ["no-homing", "interlock.homing-inhibit", "=>", "motion.homing-inhibit"],
         ["stages-ramping", "interlock.ramping"],
         ["spindle-speed-cmd", "spindle.0.speed-out", "=>", "interlock.spindle-speed"],
-        ["feed-held", "interlock.feed-held", "=>", "linuxcnc-link.feed-held"],
-        ["interlock-fault", "interlock.fault", "=>", "linuxcnc-link.interlock-fault"],
-        ["interlock-code", "interlock.fault-code", "=>", "linuxcnc-link.interlock-fault-code"],
     ]
-    part.messages = message("interlock-fault", "Interlock: {code}", "Verriegelung: {code}", "interlock fault-code")
-    german = "Der Vorschub steht, bis die Achsen ihren Versatz haben."
-    part.messages += message("feed-held", "The feed is held until the axes have their offsets.", german)
     for function in functions:
         if function.stroke:
-            _stroke(part, function.number)
-    armed = [stage.modules["axis_offset"][0][0].upper() for stage in stages if "axis_offset" in stage.modules]
-    if armed:
-        _arm(part, " or ".join(armed))
+            _stroke(part)
+    if any("axis_offset" in stage.modules for stage in stages):
+        _arm(part)
     part.last = ["interlock.update"]
     return part
 
@@ -93,37 +86,14 @@ def _stages(function, stages):
     return sum(1 << number for number, stage in enumerate(stages) if any(net[0] in given for net in stage.nets))
 
 
-def _stroke(part, number):
-    """The message for a stroke that a loss has ended."""
-    part.nets.append(["strokes-lost", "interlock.function-lost-%d" % number, "=>", "linuxcnc-link.strokes-lost"])
-    sentence = "A program that strokes need did not answer. No other stroke starts before you turn the switch of strokes off and on."
-    german = "Ein Programm, das die Hübe brauchen, antwortete nicht. Kein anderer Hub beginnt, ehe Sie den Schalter der Hübe aus- und einschalten."
-    part.messages += message("strokes-lost", sentence, german, kind="error")
-    for net in (
-        ["path-velocity", "motion.current-vel", "=>", "interlock.path-speed"],
-        ["abort", "interlock.abort", "=>", "halui.abort"],
-        ["hold-defeated", "interlock.hold-defeated", "=>", "linuxcnc-link.hold-defeated"],
-    ):
+def _stroke(part):
+    for net in (["path-velocity", "motion.current-vel", "=>", "interlock.path-speed"], ["abort", "interlock.abort", "=>", "halui.abort"]):
         if net not in part.nets:
             part.nets.append(net)
-    sentence = "A move began while strokes end, and was aborted: M49, M51 P0 and M53 P0 disable the holds of LinuxCNC."
-    german = "Eine Bewegung begann, während Hübe enden, und wurde abgebrochen: M49, M51 P0 und M53 P0 schalten das Anhalten von LinuxCNC ab."
-    if sentence not in part.messages:
-        part.messages += message("hold-defeated", sentence, german, kind="error")
 
 
-def _arm(part, axes):
+def _arm(part):
     """The lines for offsets of LinuxCNC's axes: a cycle arms them, and a probing move is refused."""
     abort = ["abort", "interlock.abort", "=>", "halui.abort"]
     part.nets += [] if abort in part.nets else [abort]
-    part.nets += [
-        ["cycle-running", "motion.digital-out-00", "=>", "interlock.cycle-running"],
-        ["lacks-offset", "interlock.uncompensated", "=>", "linuxcnc-link.uncompensated"],
-        ["probing-told", "interlock.probing-refused", "=>", "linuxcnc-link.probing-refused"],
-    ]
-    sentence = "Probing is aborted: its result would contain the offset of %s. Take it back, or use o<probe_work> call."
-    german = "Das Antasten ist abgebrochen: sein Ergebnis enthielte den Versatz von %s. Erst zurücknehmen, oder mit o<probe_work> call antasten."
-    part.messages += message("probing-refused", sentence % axes, german % axes, kind="error")
-    sentence = "%s lacks its offset until the next cycle starts: touch off by o<touch_off> call."
-    german = "%s fehlt sein Versatz, bis der nächste Zyklus beginnt: mit o<touch_off> call ankratzen."
-    part.messages += message("uncompensated", sentence % axes, german % axes)
+    part.nets.append(["cycle-running", "motion.digital-out-00", "=>", "interlock.cycle-running"])

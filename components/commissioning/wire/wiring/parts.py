@@ -29,10 +29,9 @@ class Parts:
         self.passed = []
         self.freed, self.names, self.problems, self.notes = {}, {}, [], []
         used = {words[0] for function in functions for words in function.nets(machine.axes)}
-        self.all = [stages.link(self._path(os.path.join(folder, "messages.toml"))), stages.alive()]
-        keepers = [function for function in functions if function.records]
-        if keepers:
-            self.all += [stages.retain(self._path(os.path.join(folder, "retain.toml")), keepers), stages.identity()]
+        self.all = [stages.link(), stages.alive()]
+        if any(function.records for function in functions):
+            self.all += [stages.retain(self._path(os.path.join(folder, "retain.toml"))), stages.identity()]
         if any(function.log for function in functions):
             self.all.append(stages.growth_log(self._path(os.path.join(folder, "growth.toml"))))
         into_axes = self._stages()

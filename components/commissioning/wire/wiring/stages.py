@@ -17,7 +17,6 @@ class Part:
     before: list = dataclasses.field(default_factory=list)  # motion-controller
     after: list = dataclasses.field(default_factory=list)  # the functions
     last: list = dataclasses.field(default_factory=list)
-    messages: str = ""
     is_late: bool = False  # loaded after the functions
 
 
@@ -43,18 +42,11 @@ def joint_stage(prefix, joint, sources, machine):
         [prefix + "-joint-fb", stage + ".joint-feedback", "=>", "joint.%d.motor-pos-fb" % joint],
         [prefix + "-in-force", stage + ".inhibit-homing"],
         [prefix + "-ramping", stage + ".ramping"],
-        [prefix + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % prefix],
-        [prefix + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % prefix],
-        [prefix + "-limited", stage + ".limited", "=>", "linuxcnc-link.%s-limited" % prefix],
+        [prefix + "-fault", stage + ".fault"],
+        [prefix + "-limited", stage + ".limited"],
     ]
     part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
-    name = prefix.upper()
-    german = "Korrektur von %s: {code}" % name
-    part.messages = message(prefix + "-fault", "Correction of %s: {code}" % name, german, "joint_offset fault-code")
-    sentence = "%s does not have all of its correction: near its soft limit, or by max-offset or max-rate of its stage."
-    german = "%s hat nicht die ganze Korrektur: nahe am Softwareende, oder durch max-offset oder max-rate seiner Stufe."
-    part.messages += message(prefix + "-limited", sentence % name, german % name)
     return part
 
 
@@ -96,19 +88,16 @@ def axis_stage(letter, source, clear):
         [letter + "-probing-refused", stage + ".probing-refused"],
         [own + "-in-force", stage + ".in-force"],
         [own + "-ramping", stage + ".ramping"],
-        [own + "-fault", stage + ".fault", "=>", "linuxcnc-link.%s-fault" % own],
-        [own + "-code", stage + ".fault-code", "=>", "linuxcnc-link.%s-fault-code" % own],
+        [own + "-fault", stage + ".fault"],
         [own + "-limited", stage + ".limited"],
     ]
     part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
-    german = "Versatz von %s: {code}" % letter.upper()
-    part.messages = message(own + "-fault", "Offset of %s: {code}" % letter.upper(), german, "axis_offset fault-code")
     return part
 
 
-def retain(path, functions):
+def retain(path):
     """plumb-retain, which wants an absolute path. It is service 0 of interlock for these functions, which keep records. It reports
     a fault if it finds no records, and so comes after them."""
     part = Part("plumb-retain, service 0 of interlock", is_late=True)
@@ -119,22 +108,7 @@ def retain(path, functions):
         ["restored", "plumb-retain.restored", "=>", "interlock.service-ready-0"],
         ["retain-fault", "plumb-retain.fault", "=>", "interlock.service-fault-0"],
         ["date", "plumb-retain.date"],
-        ["retain-code", "plumb-retain.fault-code", "=>", "linuxcnc-link.not-restored-code"],
-        ["retain-code", "=>", "linuxcnc-link.retain-fault-code"],
-        ["not-restored", "interlock.service-not-ready-0", "=>", "linuxcnc-link.not-restored"],
-        ["retain-troubled", "interlock.service-troubled-0", "=>", "linuxcnc-link.retain-fault"],
-        ["retain-lost", "interlock.service-lost-0", "=>", "linuxcnc-link.retain-lost"],
     ]
-    names, codes = [function.name for function in functions], "plumb-retain fault-code"
-    off = "%s %s off: " % (" and ".join(names), "is" if len(names) == 1 else "are")
-    german = "%s %s aus: {code} Mehr steht im Terminal." % (" und ".join(names), "ist" if len(names) == 1 else "sind")
-    part.messages = message("not-restored", off + "{code} The terminal has more.", german, codes)
-    german = "Die Kompensation geht weiter. {code} Mehr steht im Terminal."
-    part.messages += message("retain-fault", "Compensation continues. {code} The terminal has more.", german, codes)
-    ends = "plumb-retain has ended: %s %s off with the end of the work. Start LinuxCNC again."
-    german = "plumb-retain ist beendet: %s %s mit dem Ende der Arbeit aus. LinuxCNC neu starten."
-    german %= (" und ".join(names), "geht" if len(names) == 1 else "gehen")
-    part.messages += message("retain-lost", ends % (" and ".join(names), "goes" if len(names) == 1 else "go"), german, kind="error")
     return part
 
 
@@ -145,9 +119,7 @@ def growth_log(path):
     part.setp = [("interlock.service-timeout-6", "10")]
     part.nets = [
         ["log-heartbeat", "growth-log.heartbeat", "=>", "interlock.service-heartbeat-6"],
-        ["log-fault", "growth-log.fault", "=>", "interlock.service-fault-6", "linuxcnc-link.log-fault"],
-        ["log-fault-code", "growth-log.fault-code", "=>", "linuxcnc-link.log-fault-code"],
-        ["log-lost", "interlock.service-lost-6", "=>", "linuxcnc-link.log-lost"],
+        ["log-fault", "growth-log.fault", "=>", "interlock.service-fault-6"],
         ["test-resumable", "growth-log.resumable"],
     ]
     return part
@@ -160,10 +132,10 @@ def panel_settings(path):
     return part
 
 
-def link(path):
-    """linuxcnc_link, loaded once for the messages of all. It is service 1 of interlock."""
+def link():
+    """linuxcnc_link, loaded once: it finds all that has messages. It is service 1 of interlock."""
     part = Part("Messages to the operator, service 1 of interlock")
-    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link --messages %s" % path}
+    part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link"}
     part.setp = [("interlock.service-timeout-1", "10")]
     part.nets = [
         ["link-heartbeat", "linuxcnc-link.heartbeat", "=>", "interlock.service-heartbeat-1"],
@@ -186,13 +158,6 @@ def commissioning(functions, stages, limit):
 def commissioned(path):
     """plumb-retain for the identities with which functions and stages have passed. It asks where they are another computer's, or old."""
     part = Part("What has passed plumb commission", is_late=True)
-    part.nets = [
-        ["passes-doubted", "commissioned.fault", "=>", "linuxcnc-link.passes-doubted"],
-        ["passes-doubted-code", "commissioned.fault-code", "=>", "linuxcnc-link.passes-doubted-code"],
-    ]
-    german = "Was plumb commission bestanden hat, wird gehalten: {code} plumb panel fragt auf der Seite Inbetriebnahme."
-    text = "What passed plumb commission is held: {code} plumb panel asks on its page Commissioning."
-    part.messages = message("passes-doubted", text, german, "plumb-retain fault-code")
     part.programs = {"commissioned": "-Wn commissioned plumb-retain commissioned --file %s" % path}
     return part
 
@@ -219,11 +184,7 @@ def alive():
         ["io-heartbeat", "linuxcnc-alive.io-heartbeat", "=>", "interlock.service-heartbeat-5"],
         ["program-running", "linuxcnc-alive.program-running", "=>", "interlock.program-running"],
         ["part-program-running", "linuxcnc-alive.part-program-running"],
-        ["io-lost", "interlock.service-lost-5", "=>", "linuxcnc-link.io-lost"],
     ]
-    sentence = "LinuxCNC's io does not answer: the feed is held. Press the emergency stop, and start LinuxCNC again."
-    german = "LinuxCNCs io antwortet nicht: der Vorschub steht. Not-Halt drücken und LinuxCNC neu starten."
-    part.messages = message("io-lost", sentence, german, kind="error")
     return part
 
 
@@ -253,14 +214,3 @@ def either(ours, theirs, pin):
     part.nets = [[ours, "=>", name + ".in-0"], [theirs, "=>", name + ".in-1"], [name, name + ".out", "=>", pin]]
     part.last = [name]
     return part
-
-
-def message(pin, text, german, codes=None, kind=None):
-    lines = ["[[message]]", 'pin  = "%s"' % pin]
-    if codes or kind:
-        lines.append('kind = "error"')
-    lines.append('text = "%s"' % text)
-    if codes:
-        lines.append('codes = "%s"' % codes)
-    lines.append('translated = { de = "%s" }' % german)
-    return "\n" + "\n".join(lines) + "\n"
