@@ -8,13 +8,12 @@ from gi.repository import Gtk
 from panel import access, centre_height_state, status, style as styles, texts
 from panel.function_page import EntryPage, FunctionPage
 from panel.texts import _, in_micrometres, number, position, unit_name, with_unit
-from panel.widgets import Figures, Keypad, button, card, choose, clear, column, emphasize, flow, grow, label, named, row, scrolled, set_text
+from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, named, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
     function = "centre_height"
     place = 3
-    heading = "Centre height"  # for gettext: _("Centre height")
     _jogging = False  # a step is under way
     live = ("x-position-0", "y-position-0", "diameter")
 
@@ -46,15 +45,16 @@ class CentreHeightPage(FunctionPage):
                 self._figures, self._picture]
 
     def buttons(self):
-        begin = [button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(BeginPage(self.panel, self, method)),
-                        name=_(method[0])) for method in self.METHODS]
+        begin = [self.remedy("start", button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(
+            BeginPage(self.panel, self, method)), name=_(method[0]))) for method in self.METHODS]
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "O <height_abort> call"))
-        self._next = {  # the buttons of a step, by state-code; the first one leads on
-            centre_height_state.CUTS: [button(_("The cut is done"), self._end_cut), interrupt],
-            centre_height_state.WAITS: [button(_("Enter the radius") if self.by_radius else _("Enter the diameter"),
-                                               lambda: self.panel.open(DiameterPage(self.panel, self))), interrupt],
-            centre_height_state.KNOWN: [button(_("Store the height: M454"), self._store), *begin],
-            centre_height_state.INTERRUPTED: [button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453")), *begin],
+        enter = button(_("Enter the radius") if self.by_radius else _("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self)))
+        resume = button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453"))
+        self._next = {  # the buttons of a step, by state-code
+            centre_height_state.CUTS: [self.remedy("cut-done", button(_("The cut is done"), self._end_cut)), interrupt],
+            centre_height_state.WAITS: [self.remedy("enter", enter), interrupt],
+            centre_height_state.KNOWN: [self.remedy("store", button(_("Store the height: M454"), self._store)), *begin],
+            centre_height_state.INTERRUPTED: [self.remedy("resume", resume), *begin],
         }
         self._begin = begin
         return [*begin, *[its[0] for its in self._next.values()], interrupt]
@@ -227,7 +227,6 @@ class CentreHeightPage(FunctionPage):
         wanted = self._next.get(state, self._begin) if state != centre_height_state.KNOWN or may_store else self._begin
         for its in {each for step in self._next.values() for each in step} | set(self._begin):
             its.get_parent().set_visible(its in wanted)
-            emphasize(its, its is wanted[0] and wanted is not self._begin)
         valid = self.get(values, "value-valid")
         self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
         self._figures.show_value(_("Uncertainty (k=2)"), "\u00b1" + centre_height_state.uncertainty(self.instance, values) if valid else "\u2013")

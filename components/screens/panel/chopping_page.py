@@ -15,7 +15,6 @@ from panel.widgets import Figures, button, card, label, named, set_text
 class ChoppingPage(FunctionPage):
     function = "chopping"
     place = 4
-    heading = "Chopping"  # for gettext: _("Chopping")
     live = ("position", "joint-feedback", "applied-offset")
 
     def content(self):
@@ -30,7 +29,7 @@ class ChoppingPage(FunctionPage):
         own = self.instance.settings()
         its = []
         if "stop" in own:
-            its.append(button(_("Stop strokes"), self._stop, "stop"))
+            its.append(self.remedy("stop", button(_("Stop strokes"), self._stop, "stop")))
         if "feed-hold" in own:
             its.append(self.remedy("hold", button(_("Hold / go on"), self._hold)))
         if "go-to-end" in own:
