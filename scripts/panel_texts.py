@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""All texts that plumb panel shows: the texts in its sources, comments "for gettext" too, and in the declarations.
+"""All texts that plumb panel and linuxcnc_link show: the texts in its sources, comments "for gettext" too, and in the declarations.
 
     python3 scripts/panel_texts.py BUILD
 
@@ -32,7 +32,7 @@ def of_sources():
 
 
 def of_declarations(build):
-    """Summaries, codes and sentences of all components but plants."""
+    """Titles, summaries, codes, messages and sentences of all components but plants."""
     found = {}
     for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json"))):
         name = os.path.basename(path)
@@ -41,6 +41,8 @@ def of_declarations(build):
         if declared.get("role") == "plant":
             continue
         texts = [text for codes in declared.get("codes", {}).values() for text in codes.values()] + [declared["summary"]]
+        texts += [declared["title"]] if "title" in declared else []
+        texts += [told["sentence"] for told in declared.get("told", {}).values() if not told["sentence"].startswith("{")]
         texts += [its["remedy"] for its in declared.get("statuses", {}).values() if its["remedy"]]
         pins = {short: pin for short, pin in declared["pins"].items() if not short.startswith(("row", "restore"))}
         texts += [pin["sentence"] for pin in pins.values()]

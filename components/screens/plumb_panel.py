@@ -56,7 +56,11 @@ def main():
     texts.VERSION[0] = "@PROJECT_VERSION@"
     texts.choose(os.path.join(PREFIX, "share", "locale"), options.language)
     ini = hal_files.Ini(ini_path if ini_path and os.path.isfile(ini_path) else "")
-    known, damaged = declared.read_all(SHARE)
+    try:
+        known, damaged = declared.read_all(SHARE, os.path.join(ini.folder, "messages.toml") if ini.folder else "")
+    except ValueError as error:
+        print("plumb panel: %s" % error, file=sys.stderr)
+        known, damaged = declared.read_all(SHARE)
     if not known:
         return refuse("%s has no declarations: is Plumb installed completely?" % SHARE, 1)
     for path in damaged:

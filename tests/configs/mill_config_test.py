@@ -187,12 +187,13 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(seen["higher blanks"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["longer tool"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["another depth"]["origin-change"], -8 * um, delta=0.01 * um)
-        sentences = plumb_contacts.plumb.declarations("thermal_displacement")["codes"]["doubt-code"]
-        for name, code, size in (("higher blanks", 6, 30), ("longer tool", 4, 30), ("another depth", 13, -8)):
+        declared = plumb_contacts.plumb.declarations("thermal_displacement")
+        doubts, change = declared["codes"]["doubt-code"], declared["statuses"]["54"]["sentence"]
+        for name, sentence, size in (("higher blanks", doubts[6], 30), ("longer tool", doubts[4], 30), ("another depth", change, -8)):
             (text,) = seen[name]["messages"]
-            shown = re.fullmatch(re.escape("Growth of Z: " + sentences[code]) + r" Size: (-?\d+\.\d) µm\.", text)
+            shown = re.fullmatch(re.escape("Growth of Z: " + sentence) + r" Size: (\u2212?\d+\.\d) µm\. .*growth_answer.*", text)
             self.assertTrue(shown, text)
-            self.assertAlmostEqual(float(shown[1]), size, delta=4)
+            self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=4)
 
     def test_probing_and_touching_off_give_their_reason_before_the_change(self):
         for name, pin in (("probed", "work-offset"), ("touched_off", "work-offset"), ("tool_touched_off", "tool-length")):
@@ -211,16 +212,16 @@ class Shift(unittest.TestCase):
         self.assertEqual((learnt, failed), (1, 0))
         scene = self.scenes["learnt_again"]
         self.assertLess(abs(scene["axis.z.eoffset"][scene["motion.digital-out-00"] == 1]).max(), 0.1 * um)
-        reports = [text for text in self.messages if text.startswith("Learned from this part")]
+        reports = [text for text in self.messages if text.startswith("Growth of Z: Learned from this part")]
         self.assertGreater(len(reports), 1)
         for text in reports:
-            sigma = re.fullmatch(r"Learned from this part: 5 contacts\. The reference is uncertain by (\d\.\d) µm\.", text)
+            sigma = re.fullmatch(r"Growth of Z: Learned from this part: 5 contacts\. The reference is uncertain by (\d\.\d) µm\.", text)
             self.assertTrue(sigma, text)
             self.assertTrue(0 < float(sigma[1]) < 3, text)
 
     def test_one_line_a_shift_says_how_it_went(self):
         (line,) = self.facts["summary"]
-        self.assertRegex(line, r"^Growth of Z, last shift: \d+ parts, offset up to -?\d+\.\d µm, expected error \d+\.\d µm, doubt in \d+ % of the parts\.$")
+        self.assertRegex(line, r"^Growth of Z: Last shift: \d+ parts, offset up to \u2212?\d+\.\d µm, expected error \d+\.\d µm, doubt in \d+ % of the parts\.$")
 
     def report(self, recording, *options):
         """Exit status, output and the table of contacts of the report on a recording."""

@@ -175,8 +175,8 @@ class Days(unittest.TestCase):
         self.assertEqual(set(day["growth.doubt-code"][cycle:contact]), {UNKNOWN})
         self.assertEqual(day["growth.doubt-code"][self.rows("second", "after_restart")[-1]], 0)
         self.assertGreater(first, contact)
-        unknown = [text for text in self.facts["second"]["messages"] if "The growth is unknown" in text]
-        self.assertEqual(unknown, ["Growth of Z: The growth is unknown: the offset stays as it is until the first contact. Pre-cut, probe, or accept."])
+        unknown = [text for text in self.facts["second"]["messages"] if "growth is not known" in text]
+        self.assertEqual(unknown, ["Growth of Z: Waits for the first contact: the growth is not known yet. The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."])
 
     def test_offset_stands_while_the_tool_is_in_the_work(self):
         for name, day in self.days.items():

@@ -4,12 +4,16 @@
 
 import os
 import re
+import sys
 import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import PROGRAMS, copy_configuration, own_folder
 from screen import Screen
 from starts import starts
+
+sys.path.append(PROGRAMS)
+import lamp  # noqa: E402
 
 
 class Days(unittest.TestCase):
@@ -24,6 +28,8 @@ class Days(unittest.TestCase):
         display = Screen(cls).display
         with open(os.path.join(machine, "leaning.hal"), "w") as file:
             file.write("setp square.ec0y 0\nsetp square.ea0y 0\n")
+        with open(os.path.join(machine, "messages.toml"), "w") as file:
+            file.write(lamp.MESSAGES)
         leaning = linuxcnc_runs.after("HALFILE = square_settings.hal", "HALFILE = leaning.hal")
         ini = linuxcnc_runs.with_operator(os.path.join(machine, "axis.ini"), "panel_operator.py", HAL=leaning)
         cls.days = []
@@ -78,7 +84,7 @@ class Days(unittest.TestCase):
     def test_a_message_waits_behind_the_panel(self):
         question, texts = self.days[1]["in front"]
         self.assertTrue(question)
-        self.assertEqual([text for text in texts if "Growth of Z" in text], [])
+        self.assertEqual([text for text in texts if "lamp" in text], [])
 
     def test_a_residual_changes_its_lean_and_no_other(self):
         self.assertAlmostEqual(self.days[1]["residual"], -0.00016 - 0.001 / 300, delta=1e-9)

@@ -283,8 +283,9 @@ class Shift:
 
     def test_operator_gets_messages_about_what_was_wrong_and_no_other(self):
         sentence = plumb.declarations("joint_offset")["codes"]["fault-code"][6]
-        sentences = ["Correction of %s: %s" % (letter, sentence) for letter in "XYZ"]
-        self.assertEqual(sorted(self.errors), sorted([*self.wrong, *sentences, "Homing denied by motion.homing-inhibit joint=-1"]))
+        sentences = ["%s-stage: %s" % (letter, sentence) for letter in "xyz"]
+        told = [re.sub(r"compensation radius \([^)]*\)", "compensation-radius", text) for text in self.errors]
+        self.assertEqual(sorted(told), sorted([*self.wrong, *sentences, "Homing denied by motion.homing-inhibit joint=-1"]))
 
 
 def rotation(axis, angle):

@@ -20,7 +20,8 @@ AT_ONCE = 0.2 * um  # where the drives are yet behind the last step of the ramp,
 RAPID, FEED, ARC = 1, 2, 3  # motion types
 NOT_HELD = ("m49_m53", "m51_m53")
 HELD = ("plain", "m48", "m49", "m50", "m51", "m52", "m53")
-EARLY = "A cut may begin before the correction has settled. "
+EARLY = "Squareness: The next cut did not wait for the correction of its tool. "
+CHECK = " Check the first cut of this tool."
 
 
 class Settling(unittest.TestCase):
@@ -137,7 +138,7 @@ class Settling(unittest.TestCase):
             ("in_a_cut", 6, "The tool changed in a cut."),
         ):
             self.assertIn(code, self.shift["square.unsettled-code"][self.rows[scene]], scene)
-            self.assertEqual(self.messages[scene], [EARLY + why], scene)
+            self.assertEqual(self.messages[scene], [EARLY + why + CHECK], scene)
         settled = np.count_nonzero(self.shift["square.settling"][self.last_change("late") : self.rows["late"][-1]]) * PERIOD
         self.assertAlmostEqual(settled, 0.3, delta=2 * PERIOD)
 

@@ -3,6 +3,7 @@
 """The facts for linuxcnc_link_test.py, from a complete LinuxCNC with linuxcnc_link.py and plumb-retain.
 """
 
+import contextlib
 import os
 import sys
 import zlib
@@ -64,27 +65,34 @@ class Day(Scenario):
         self.machine.mdi("G10 L1 P1 X0.5")
         self.until(lambda: self.host.get("linuxcnc-link.tool-set-id") != known, "the other tool set")
 
-    def message(self, *pins):
-        """The messages of LinuxCNC when these pins are set."""
+    def told(self, act=lambda: None, time=8):
+        """The messages of LinuxCNC after an act. linuxcnc_link follows the computer's clock, ten times slower."""
         before = len(self.machine.errors), len(self.machine.messages)
-        try:
-            for pin, value in pins:
-                self.host.set("linuxcnc-link." + pin, value)
-            self.machine.wait(0.3)
-            self.until(lambda: (len(self.machine.errors), len(self.machine.messages)) != before, "the message")
-        except OperatorError:
-            pass
+        act()
+        end = self.host.time + time
+        while self.host.time < end:
+            with contextlib.suppress(OperatorError):
+                self.machine.wait_for(lambda _: self.host.time >= end, "messages")
         return self.machine.errors[before[0] :] + self.machine.messages[before[1] :]
 
     def messages(self):
-        self.facts["messages"] = [
-            self.message(("refused-code", 1), ("refused", True)),
-            self.message(("refused-code", 2)),
-            self.message(("refused-code", 9)),
-            self.message(("hint", True)),
-            self.message(("refused", False), ("hint", False), ("shown", True)),
-            self.message(("door-code", 2), ("door", True)),
-        ]
+        def set_pins(**pins):
+            return lambda: [self.host.set("lamp." + name, value) for name, value in pins.items()]
+
+        def beat():
+            for count in range(1, 16):
+                self.host.set("linuxcnc-link.panel-beat", count)
+                self.machine.wait(1)
+
+        its = self.facts["messages"] = {"of the start": self.told()}
+        floor = self.host.get("growth.gate-floor")
+        its["a fault"] = self.told(lambda: self.host.set("growth.gate-floor", -1))
+        its["the same fault"] = self.told()
+        self.host.set("growth.gate-floor", floor)
+        its["late"] = self.told(lambda: self.host.load("late.hal"), 40)
+        its["of the user"] = self.told(set_pins(detail=7, status=1))
+        self.told(lambda: self.host.set("linuxcnc-link.panel-beat", 99), 2)
+        its["behind the panel"] = [self.told(lambda: (set_pins(status=2)(), beat()), 0), self.told(time=60)]
 
     def keep(self):
         """A setting of today, and a record that growth has learned, as it were."""

@@ -155,7 +155,7 @@ class Shift(Scenario):
         self.machine.run("part.ngc")
         self.machine.wait(0.5)
         self.machine.poll()
-        self.facts["summary"] = [text for text in self.machine.messages[before:] if "last shift" in text]
+        self.facts["summary"] = [text for text in self.machine.messages[before:] if "Last shift" in text]
 
     def probe_work_at(self, height):
         self.machine.host.set("work.in1", -250 + height)

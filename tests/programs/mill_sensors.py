@@ -32,13 +32,13 @@ class Sensors(Scenario):
         self.part(before="learn.ngc")
         DEVICES[-1].kill()
         self.until("modbus-sensor.spindle-nose.valid", False)
-        self.message("The temperature of the shop is lost.")
+        self.message("modbus-sensor.shop: ")
         self.until("modbus-sensor.cabinet.connected", False)
         self.part()
         self.start_device()
         self.until("modbus-sensor.spindle-nose.valid", True)
         self.until("modbus-sensor.shop.fault", False)
-        self.facts["alive"] = self.host.get(["modbus-sensor.cabinet.connected", "sensors-dead"])
+        self.facts["alive"] = self.host.get(["modbus-sensor.cabinet.connected", "interlock.service-lost-3"])
         self.link_dies()
 
     def link_dies(self):
@@ -46,7 +46,7 @@ class Sensors(Scenario):
         self.machine.mdi("M64 P4")
         self.until("linuxcnc-link.identified", True)
         self.facts["link"] = [self.host.get("interlock.service-ok-1")]
-        link = subprocess.check_output(["pgrep", "-f", "linuxcnc_link --messages"])
+        link = subprocess.check_output(["pgrep", "-f", "bin/linuxcnc_link"])
         self.host.set("interlock.service-timeout-1", 1)  # not to wait for 10 s
         os.kill(int(link), signal.SIGKILL)
         self.until("interlock.service-ok-1", False)

@@ -267,10 +267,7 @@ class Operator:
     def hold_a_message_back(self):
         """What the panel shows waits behind the question of the panel, and comes when another tab is in front."""
         finger, host = self.finger, self.host
-        for pin in ("growth-doubt", "growth-doubt-code"):
-            host.command("unlinkp linuxcnc-link." + pin)
-        host.set("linuxcnc-link.growth-doubt", False)
-        self.machine.wait(1)
+        host.command("loadusr -Wn lamp %s" % os.path.join(os.path.dirname(os.path.abspath(__file__)), "lamp.py"))
         finger.open("Growth of Z", "Learn from the next part")
         finger.press("Learn from the next part")
         finger.await_text("The machine must be cold")
@@ -279,13 +276,12 @@ class Operator:
         def come():
             return [text for text in popups() if text not in before]
 
-        host.set("linuxcnc-link.growth-doubt-code", 2)
-        host.set("linuxcnc-link.growth-doubt", True)
+        host.set("lamp.status", 2)
         self.machine.wait(5)
         seen["in front"] = [bool(finger.find_text("The machine must be cold")), come()]
         finger.until(self.leaves_the_tab, "another tab in front")
-        finger.until(lambda: any("Growth of Z" in text for text in come()), "the message")
-        host.set("linuxcnc-link.growth-doubt", False)
+        finger.until(lambda: any("The lamp flickers" in text for text in come()), "the message")
+        host.set("lamp.status", 0)
         host.set("axisui.notifications-clear", True)  # it would lie over the panel
         finger.until(lambda: not popups(), "AXIS without messages")
         self.open_tab()

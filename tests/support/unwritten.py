@@ -7,6 +7,7 @@ prints a warning for each kind, with a list.
 """
 
 import glob
+import json
 import os
 import re
 import sys
@@ -37,12 +38,10 @@ def not_named(build):
     return [name for role in ("compensation", "stage") for name in panel_texts.of_role(build, role) if "`%s`" % name not in page]
 
 
-def titles_of_functions():
+def titles_of_functions(build):
     """The titles of the pages that functions have in the panel."""
-    found = []
-    for path in sorted(glob.glob(os.path.join(ROOT, "components", "screens", "panel", "*_page.py"))):
-        found += re.findall(r'^    function = "\w+"\n(?:    .*\n)*?    heading = "([^"]+)"', pages.read(path), re.M)
-    return found
+    declared = [json.loads(pages.read(path)) for path in sorted(glob.glob(os.path.join(build, "share", "plumb", "*.json")))]
+    return [each["title"] for each in declared if each.get("role") == "compensation" and "title" in each]
 
 
 def listed_pages():
@@ -66,7 +65,7 @@ def main(build):
     warn("README.md names no", not_named(build))
     compensations = panel_texts.of_role(build, "compensation")
     warn("There is no", [readme_of(name) for name in compensations if not os.path.exists(os.path.join(ROOT, readme_of(name)))])
-    warn(PANEL + " lists no page", [title for title in titles_of_functions() if title not in listed_pages()])
+    warn(PANEL + " lists no page", [title for title in titles_of_functions(build) if title not in listed_pages()])
 
 
 if __name__ == "__main__":

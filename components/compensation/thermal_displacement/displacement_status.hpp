@@ -72,13 +72,11 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::uncertain:
             return {Kind::warn, "The growth is uncertain.", "Wait for the next contacts.", {}, "doubt-code"};
         case S::asks:
-            return hal::Said{
-                Kind::warn,
-                "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                "If work, zero, tool or drive have changed, it is not growth. Answer on the panel, "
-                "or by growth_answer.",
-                {},
-                "doubt-code"}
+            return hal::Said{Kind::warn,
+                             "Contacts moved at once: the offset leaves that out, and waits for your answer.",
+                             "Answer on the panel, or by growth_answer, whether it is growth.",
+                             {},
+                             "doubt-code"}
                 .sized("shift-size")
                 .told(Tell::behind_panel);
         case S::asks_origin:

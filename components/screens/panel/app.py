@@ -13,13 +13,13 @@ gi.require_version("Gtk", "3.0")
 gi.require_version("Gdk", "3.0")
 from gi.repository import GLib, Gtk  # noqa: E402
 
-from panel import access, hal_files, texts  # noqa: E402
+from panel import access, hal_files, status, texts  # noqa: E402
 from panel.commissioning_page import Commissioning, is_required  # noqa: E402
 from panel.function_pages import function_pages  # noqa: E402
 from panel.guard import Guard  # noqa: E402
 from panel.hal_access import Hal, HalGone, is_gone  # noqa: E402
 from panel.machine import Machine  # noqa: E402
-from panel.pages import Changes, Component, Components, Edit, Overview, Sensors, state_of  # noqa: E402
+from panel.pages import Changes, Component, Components, Edit, Overview, Sensors  # noqa: E402
 from panel.settings import MDI, Refused, Settings  # noqa: E402
 from panel.task import Task  # noqa: E402
 from panel.texts import _  # noqa: E402
@@ -252,7 +252,7 @@ class Panel:
     def verdict_of(self, instance, values):
         """The status of a function, or the faults of another component."""
         page = next((page for page in self.function_pages if getattr(page, "instance", None) and page.instance.name == instance.name), None)
-        return page.verdict(values) if page is not None else state_of(instance, values)
+        return page.verdict(values) if page is not None else status.state_of(instance, values)
 
     def open_component(self, instance):
         self.open(Component(self, instance, self.page))

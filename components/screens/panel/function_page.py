@@ -11,13 +11,12 @@ from panel.widgets import Verdict, button, column, emphasize, flow, label, scrol
 class FunctionPage(Page):
     function = ""  # the module that the page is about
     place = 100  # in the navigation
-    heading = ""  # of the function, for the page and the navigation
     live = ()  # the inputs that are shown as they are now
 
     def __init__(self, panel, instance):
         self.instance = instance
         self.switch = panel.machine.switch_of(instance)
-        self._remedies = {}
+        self._remedies = []
         super().__init__(panel)
 
     @property
@@ -26,8 +25,7 @@ class FunctionPage(Page):
 
     @property
     def title(self):
-        alone = len(self.panel.machine.of(self.instance.module)) == 1
-        return _(self.heading) if alone else "%s %s" % (_(self.heading), self.instance.name)
+        return self.panel.machine.title_of(self.instance)
 
     def verdict(self, values):
         return status.kind_and_words(self.instance, values)
@@ -49,8 +47,8 @@ class FunctionPage(Page):
         return []
 
     def remedy(self, name, its):
-        """A button that ends a status, by its name in the declaration: it stands out while the function has this status."""
-        self._remedies[name] = its
+        """A button that ends a status, by its name in the declaration (hal/status.hpp): it stands out while the function has this status."""
+        self._remedies.append((name, its))
         return its
 
     def get(self, values, short, otherwise=0):
@@ -60,7 +58,7 @@ class FunctionPage(Page):
     def refresh(self, values):
         self._verdict.show_verdict(*self.verdict(values))
         wanted = status.of(self.instance, values).button
-        for name, its in self._remedies.items():
+        for name, its in self._remedies:
             emphasize(its, name == wanted)
         self._inputs.show_values(values)
 
@@ -77,7 +75,7 @@ class PlainPage(FunctionPage):
     """The page of a function that has no page of its own."""
 
     def __init__(self, panel, instance):
-        self.heading, self.live = instance.module, instance.inputs()
+        self.live = instance.inputs()
         super().__init__(panel, instance)
 
 

@@ -23,7 +23,6 @@ _histories = {}  # by instance: pages are built again when components come
 class GrowthPage(FunctionPage):
     function = "thermal_displacement"
     place = 1
-    heading = "Growth of Z"  # for gettext: _("Growth of Z")
     live = ("load", "z-position", "spindle-speed-cmd", "temperature")
 
     def content(self):

@@ -37,7 +37,6 @@ _temperatures, _changes, _drifts = {}, {}, {}  # by instance: pages are built ag
 class GrowthTestPage(FunctionPage):
     function = "thermal_growth_test"
     place = 5
-    heading = "Growth test"  # for gettext: _("Growth test")
     live = ("x-position", "y-position", "z-position", "table-position", "probe")
 
     def content(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The HAL of this computer: the one module that imports hal. It makes a component without pins."""
+"""The HAL of this computer, for the panel and linuxcnc_link."""
 
 import ctypes
 import gc
@@ -22,15 +22,31 @@ class HalGone(RuntimeError):
     """LinuxCNC has ended, or no HAL runs."""
 
 
+class Now:
+    """The pins of this moment, each looked up when it is asked for: as values(), for a few of them."""
+
+    def get(self, name, otherwise=None):
+        try:
+            return hal.get_value(name)
+        except RuntimeError:
+            return otherwise
+
+    def __contains__(self, name):
+        return self.get(name) is not None
+
+
 class Hal:
-    def __init__(self):
+    def __init__(self, component=None):
+        """With a component without pins, unless the program has one."""
         if _memory() is None:
             raise HalGone("no HAL runs")
-        try:
-            self._component = hal.component("plumb-panel-%d" % os.getpid())
-        except (hal.error, RuntimeError) as error:
-            raise HalGone(str(error)) from None
-        self._component.ready()
+        if component is None:
+            try:
+                component = hal.component("plumb-panel-%d" % os.getpid())
+            except (hal.error, RuntimeError) as error:
+                raise HalGone(str(error)) from None
+            component.ready()
+        self._component = component
         self.memory = _memory()
 
     def is_gone(self):

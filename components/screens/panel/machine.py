@@ -4,6 +4,7 @@
 import collections
 
 from panel import naming
+from panel.texts import _
 
 Channel = collections.namedtuple("Channel", "name module pins")
 Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
@@ -77,6 +78,11 @@ class Machine:
         now, then = self.signature()[0], former.signature()[0]
         return {name for name in now.keys() | then.keys() if now.get(name) != then.get(name)}
 
+    def title_of(self, instance):
+        """As pages and messages call it: its title, with its name where there are several."""
+        title = _(instance.declared.title) if instance.declared.title else ""
+        return title if title and len(self.of(instance.module)) == 1 else ("%s %s" % (title, instance.name)).strip()
+
     def of(self, *modules):
         return [instance for instance in self.instances if instance.module in modules]
 
@@ -146,10 +152,16 @@ class Machine:
 
 
 def _instances(pins, declared):
-    by_owner = collections.defaultdict(dict)
+    by_owner, found = collections.defaultdict(dict), []
+    by_name = {each.name: each for each in declared.values() if each.is_users}
+    own = collections.defaultdict(dict)  # pins of the instances that messages.toml names
     for pin in pins:
-        by_owner[pin.owner][pin.name] = pin
-    found = []
+        name, _dot, short = pin.name.rpartition(".")
+        if name in by_name and short in by_name[name].pins:
+            own[name][short] = pin
+        else:
+            by_owner[pin.owner][pin.name] = pin
+    found += [Instance(name, by_name[name], there) for name, there in own.items()]
     for owner, its in by_owner.items():
         module = declared.get(owner)
         modules = [module] if module else [each for each in declared.values() if not each.is_of_sensors]

@@ -8,6 +8,11 @@ from panel.texts import _, with_unit
 
 
 def named(instance, values, sentence):
+    """A sentence of a component in words, and the settings that are out of their range."""
+    return " ".join(parts(instance, values, sentence))
+
+
+def parts(instance, values, sentence):
     """A sentence of a component in words. A setting that is out of its range is added with its limit; if none is, the settings that the
     sentence names have their values. An operator reads words instead of the names of pins."""
     beyond = out_of_range(instance, values) if sentence else []
@@ -19,7 +24,7 @@ def named(instance, values, sentence):
         is_setting = value is not None and not instance.declared.pin(short).get("output")
         return _name(short) + (" (%s)" % with_unit(value, instance.declared.pin(short).get("unit", "")) if is_setting and not beyond else "")
 
-    return " ".join([re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", in_words, _(sentence)), *beyond])
+    return [re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", in_words, _(sentence)), *beyond]
 
 
 def _name(short):

@@ -65,7 +65,7 @@ class Overview(Page):
         set_text(self._waiting, "\n".join("\u25b2 " + text for text in [*waiting(machine, values), *misloaded.warnings(machine, values)]))
         faults = []
         for instance in self.panel.machine.instances:
-            kind, words = state_of(instance, values)
+            kind, words = status.state_of(instance, values)
             is_shown = kind == "bad" or (kind == "warn" and instance.declared.statuses and not instance.value(values, "waiting"))
             if is_shown and not instance.is_function:
                 faults.append(words if words.startswith(instance.name + " ") else "%s: %s" % (instance.name, words))
@@ -95,24 +95,6 @@ class Components(Page):
     def refresh(self, values):
         for instance, words in self._rows:
             set_text(words, self.panel.verdict_of(instance, values)[1])
-
-
-def state_of(instance, values):
-    """Kind and sentence of an instance: its status, or its faults; codes in words."""
-    if instance.declared.statuses:
-        return status.kind_and_words(instance, values)
-    if not any(pin.name in values for pin in instance.pins.values()):
-        return "bad", _("{name} is not loaded any more.").format(name=instance.name)
-    if instance.value(values, "fault"):
-        return "bad", instance.sentence(values, "fault-code") or _("A fault is active.")
-    for short, pin in instance.pins.items():
-        value = values.get(pin.name)
-        if isinstance(value, float) and value != value:
-            return "warn", _("{pin} is not a number.").format(pin=pin.name)
-    for short in instance.declared.codes:
-        if short != "fault-code" and not short.startswith("state") and instance.value(values, short[: -len("-code")]):
-            return "warn", instance.sentence(values, short)
-    return "good", _("No fault.")
 
 
 class Component(Page):
@@ -394,13 +376,7 @@ class Sensors(Page):
             age = values.get(channel.pins["age"])
             text = _("Age {age}.").format(age=seconds(age)) if isinstance(age, float) else ""
             if not valid:
-                text += " " + self._why(channel, values)
+                text += " " + status.of_channel(channel, self.panel.declared, values)
             if values.get(channel.pins.get("error-count", "")):
                 text += " " + _("{count} errors since the start.").format(count=values[channel.pins["error-count"]])
             set_text(why, text.strip())
-
-    def _why(self, channel, values):
-        declared = self.panel.declared.get(channel.module)
-        code = values.get(channel.pins.get("fault-code", ""), 0)
-        sentence = declared.codes.get("CHANNEL.fault-code", {}).get(code, "") if declared else ""
-        return _(sentence) or (_("fault {code}").format(code=code) if code else _("It is not valid."))

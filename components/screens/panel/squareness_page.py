@@ -18,7 +18,6 @@ from panel.widgets import Figures, Keypad, button, card, choose, column, flow, g
 class SquarenessPage(FunctionPage):
     function = "squareness"
     place = 2
-    heading = "Squareness"  # for gettext: _("Squareness")
     live = ("x-position", "y-position", "z-position", "z-tool-offset")
 
     def content(self):

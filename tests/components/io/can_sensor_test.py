@@ -34,21 +34,6 @@ EXTENDED, ERROR = socket.CAN_EFF_FLAG, socket.CAN_ERR_FLAG
 ERR_BUSOFF, ERR_CRTL, ERR_RESTARTED = 0x40, 0x04, 0x100
 
 
-# In the place of linuxcnc_link, which needs a LinuxCNC: the pins that the file of messages asks for.
-LINK = """#!/usr/bin/python3
-import hal, sys, time, tomllib
-component = hal.component(sys.argv[sys.argv.index("--name") + 1])
-with open(sys.argv[sys.argv.index("--messages") + 1], "rb") as file:
-    for message in tomllib.load(file)["message"]:
-        component.newpin(message["pin"], hal.HAL_BIT, hal.HAL_IN)
-        if "codes" in message:
-            component.newpin(message["pin"] + "-code", hal.HAL_S32, hal.HAL_IN)
-component.ready()
-while True:
-    time.sleep(1)
-"""
-
-
 def ip(*words):
     subprocess.run(["ip", *words], check=True)
 
@@ -332,7 +317,7 @@ class Bus(unittest.TestCase):
     def test_the_mill_loses_its_sensors_and_gets_them_back(self):
         """configs/mill/sensors.hal, with a load that comes over CAN and temperatures that come over Modbus."""
         mill = os.path.join(ROOT, "configs", "mill")
-        for name in ("sensors_can.toml", "sensors_modbus.toml", "sensors_messages.toml"):
+        for name in ("sensors_can.toml", "sensors_modbus.toml"):
             with open(os.path.join(mill, name)) as file, open(os.path.join(self.folder, name), "w") as copy:
                 copy.write(file.read().replace('"can0"', '"vcan0"'))  # the bus of the tests
         over = threading.Event()
@@ -360,10 +345,7 @@ class Bus(unittest.TestCase):
                 self.host.run(0.01)
                 time.sleep(0.005)
 
-        with open(os.path.join(self.folder, "linuxcnc_link"), "w") as file:
-            file.write(LINK)
-        os.chmod(file.name, 0o755)
-        path = ":".join([self.folder, os.path.join(BUILD, "bin"), os.environ["PATH"]])
+        path = ":".join([os.path.join(BUILD, "bin"), os.environ["PATH"]])
         environment = {"CONFIG_DIR": self.folder, "PATH": path}
         patched = unittest.mock.patch.dict(os.environ, environment)
         patched.start()
@@ -378,12 +360,12 @@ class Bus(unittest.TestCase):
         until("growth.load-valid", True)
         until("shop-valid", True)
         self.assertAlmostEqual(self.host.get("spindle-load"), 42.3)
-        until("load-fault", False)
+        until("can-sensor.spindle-load.fault", False)
         sending.clear()
         until("growth.load-valid", False)
-        until("load-fault", True)
+        until("can-sensor.spindle-load.fault", True)
         self.assertAlmostEqual(self.host.get("spindle-load"), 42.3)
-        self.assertFalse(self.host.get("sensors-dead"))
+        self.assertFalse(self.host.get("interlock.service-lost-2"))
         sending.set()
         # A program that dies leaves valid as it was; interlock sees it.
         program = int(subprocess.check_output(["pgrep", "-f", "^can_sensor --file " + self.folder]))
@@ -396,7 +378,7 @@ class Bus(unittest.TestCase):
         os.kill(program, signal.SIGKILL)
         until("load-valid", False)
         self.assertTrue(self.host.get("load-fresh"))
-        self.assertTrue(self.host.get("sensors-dead"))
+        self.assertTrue(self.host.get("interlock.service-lost-2"))
 
     def test_list_prints_the_values_and_candump_agrees(self):
         over = threading.Event()
