@@ -22,6 +22,7 @@
 #include "hal/group.hpp"
 #include "hal/length_unit.hpp"
 #include "hal/option.hpp"
+#include "hal/permission.hpp"
 #include "hal/pin.hpp"
 #include "hal/registrar.hpp"
 #include "hal/role.hpp"

@@ -41,6 +41,7 @@ std::string described(const PinInfo& pin) {
     const std::string range = range_of(pin);
     if (!pin.output)
         text += " \", default " + escaped(initial(pin)) + (range.empty() ? "" : ", " + escaped(range)) + '"';
+    if (!pin.only_with.empty()) text += " \", only with " + escaped(pin.only_with) + '"';
     return text + " )\n.br\n" + escaped(pin.doc) + '\n';
 }
 
@@ -200,8 +201,25 @@ void write_all_pins(std::ostream& out, const Declarations& declared) {
 
 }  // namespace
 
+AllDeclarations::AllDeclarations(const Model& model) : Declarations(model) {
+    for (const OptionInfo& option : options)
+        for (const std::string& other : option.others) {
+            const Declarations its(model, option.name, other);
+            for (const PinInfo& pin : its.pins) {
+                const auto same = [&](const PinInfo& known) { return known.name == pin.name; };
+                if (std::any_of(pins.begin(), pins.end(), same)) continue;
+                pins.push_back(pin);
+                pins.back().only_with = option.name + '=' + other;
+            }
+            for (const EffectInfo& effect : its.effects) {
+                const auto same = [&](const EffectInfo& known) { return known.pin == effect.pin; };
+                if (std::none_of(effects.begin(), effects.end(), same)) effects.push_back(effect);
+            }
+        }
+}
+
 std::string manual(const Model& model, int section) {
-    const Declarations declared(model);
+    const AllDeclarations declared(model);
     const Page page(model.about.page);
     const std::string name = escaped(model.about.name);
     std::ostringstream out;
@@ -254,7 +272,7 @@ std::string glossary(const std::string& text) {
 }
 
 std::string declarations(const Model& model) {
-    const Declarations declared(model);
+    const AllDeclarations declared(model);
     nlohmann::ordered_json result{{"name", model.about.name}, {"summary", model.about.summary}};
     if (*model.about.title) result["title"] = model.about.title;
     if (model.role != Role::none) result["role"] = name(model.role);
@@ -268,6 +286,7 @@ std::string declarations(const Model& model) {
         if (!pin.output && is_length(pin.unit)) entry["default_unit"] = default_unit(pin.unit);
         if (std::isfinite(pin.range.least)) entry["minimum"] = pin.range.least;
         if (std::isfinite(pin.range.most)) entry["maximum"] = pin.range.most;
+        if (!pin.only_with.empty()) entry["only_with"] = pin.only_with;
     }
     for (const auto& code : declared.codes)
         for (const auto& [number, sentence] : code.sentences)

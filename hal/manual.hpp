@@ -7,14 +7,18 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb::hal {
 
 // Builds an instance without HAL and keeps its declarations.
-class Declarations final : public Registrar {
+class Declarations : public Registrar {
 public:
-    explicit Declarations(const Model& model) : instance_(model.make(*this)) {}
+    explicit Declarations(const Model& model) : Declarations(model, "", "") {}
+    // With an option that has another value than its initial one.
+    Declarations(const Model& model, std::string option, std::string value)
+        : option_(std::move(option)), value_(std::move(value)), instance_(model.make(*this)) {}
 
     Slot add(const PinInfo& pin) override {
         pins.push_back(pin);
@@ -24,7 +28,7 @@ public:
     void add(Function& function) override { functions.push_back(&function); }
     std::string add(const OptionInfo& option) override {
         options.push_back(option);
-        return option.initial;
+        return option.name == option_ ? value_ : option.initial;
     }
     void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
     void add(const CodesInfo& info) override { codes.push_back(info); }
@@ -44,9 +48,16 @@ public:
     std::vector<ToldInfo> told;
 
 private:
+    const std::string option_, value_;
     std::deque<double> cells_;
     std::deque<void*> slots_;
     std::unique_ptr<Component> instance_;
+};
+
+// With the pins that options bring, too.
+class AllDeclarations final : public Declarations {
+public:
+    explicit AllDeclarations(const Model& model);
 };
 
 // Whether a pin has a default that depends on the unit of the machine.

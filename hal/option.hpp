@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 namespace plumb::hal {
 
@@ -22,8 +23,10 @@ class Option {
                   "an option is a text or a number");
 
 public:
-    Option(Component* owner, const std::string& name, const T& initial, const std::string& doc)
-        : value_(parse(name, registrar(owner).add(OptionInfo{name, text(initial), doc}))) {}
+    // others: values with which the component has other pins.
+    Option(Component* owner, const std::string& name, const T& initial, const std::string& doc,
+           const std::vector<std::string>& others = {})
+        : value_(parse(name, registrar(owner).add(OptionInfo{name, text(initial), doc, others}))) {}
     Option(const Option&) = delete;
     Option& operator=(const Option&) = delete;
 

@@ -33,6 +33,7 @@ struct PinInfo {
     double initial;    // of a length in mm, also on an inch machine
     std::string doc;   // one sentence
     Range range = {};  // of an input; in the machine unit, also where the initial value is not
+    std::string only_with = {};  // OPTION=VALUE, of a pin that there is not otherwise; of manuals alone
 };
 
 // ... and about a load-time option.
@@ -40,6 +41,7 @@ struct OptionInfo {
     std::string name;
     std::string initial;
     std::string doc;
+    std::vector<std::string> others = {};  // values with which the component has other pins
 };
 
 // ... and about an offset that an output brings into an axis (see hal/offset.hpp): names of pins, without the

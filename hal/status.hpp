@@ -143,6 +143,7 @@ enum class Common : std::int32_t {
     uncommissioned,
     stage_uncommissioned,
     leaves,
+    unpermitted,
     late = 16,
     lost = late + services,
     ending = lost + services,
@@ -232,6 +233,9 @@ constexpr Said said(Common status) {
         case Common::leaves:
             return {Kind::wait, "Switched off: the offset holds until the tool is clear, and then returns.",
                     "The next rapid move, tool change or end of the program ends it."};
+        case Common::unpermitted:
+            return {Kind::bad, "Held: the function and interlock do not hear each other.",
+                    "Net function-permit of interlock to permit, and state to function-state of interlock."};
         default: return said_of_service(status);
     }
 }

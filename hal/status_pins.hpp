@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The pins of a status: hal::Status of a function declares interlock-status, status-code and attention,
-// hal::ComponentStatus of a stage the last two.
+// The pins of a status: status-code and attention, of a function (hal::Status) or of a stage
+// (hal::ComponentStatus).
 #pragma once
 
+#include "hal/permission.hpp"
 #include "hal/pin.hpp"
 #include "hal/status.hpp"
 
@@ -50,18 +51,16 @@ private:
     Out<bool> attention_;
 };
 
+// Of a function, which interlock permits.
 template <class E>
 class Status {
 public:
-    explicit Status(Owner owner)
-        : interlock_{owner, "interlock-status", -1,
-                     "Net function-status of interlock for this function; -1 without interlock."},
-          own_{owner} {}
+    Status(Owner owner, const Permission& permission) : permission_(permission), own_{owner} {}
 
-    // What interlock knows: none where it hinders nothing, or there is no interlock.
+    // Why interlock hinders it: none where it hinders nothing, or there is no interlock.
     E of_interlock() const noexcept {
-        const std::int32_t number = interlock_;
-        return is_common(number) ? static_cast<E>(number) : E{};
+        const auto reason = static_cast<std::int32_t>(permission_.reason());
+        return is_common(reason) ? static_cast<E>(reason) : E{};
     }
 
     Status& operator=(E value) noexcept {
@@ -70,7 +69,7 @@ public:
     }
 
 private:
-    In<std::int32_t> interlock_;
+    const Permission& permission_;
     ComponentStatus<E> own_;
 };
 

@@ -15,7 +15,7 @@
 namespace plumb::hal {
 
 // The types that a pin of ours may have.
-enum class Type { bit, integer, real };
+enum class Type { bit, integer, word, real };
 
 template <class T>
 struct TypeOf;
@@ -28,15 +28,33 @@ struct TypeOf<std::int32_t> {
     static constexpr Type value = Type::integer;
 };
 template <>
+struct TypeOf<std::uint32_t> {
+    static constexpr Type value = Type::word;
+};
+template <>
 struct TypeOf<double> {
     static constexpr Type value = Type::real;
 };
 template <class T>
 inline constexpr Type type_of = TypeOf<T>::value;  // does not compile for any other type
 
-// The name of a type in manuals: bit, s32, float.
+// The name of a type in manuals.
 inline const char* type_name(Type type) {
-    return type == Type::bit ? "bit" : type == Type::integer ? "s32" : "float";
+    switch (type) {
+        case Type::bit: return "bit";
+        case Type::integer: return "s32";
+        case Type::word: return "u32";
+        default: return "float";
+    }
+}
+
+inline hal_type_t hal_type(Type type) {
+    switch (type) {
+        case Type::bit: return HAL_BIT;
+        case Type::integer: return HAL_S32;
+        case Type::word: return HAL_U32;
+        default: return HAL_FLOAT;
+    }
 }
 
 // Where a pin's value is found; stays valid as long as the pin.
@@ -62,8 +80,7 @@ private:
 inline Slot new_pin(int component, const std::string& name, Type type, bool output, int& result) {
     auto** cell = static_cast<void**>(hal_malloc(sizeof(void*)));  // HAL re-points it when the pin is netted
     if (!cell) throw std::bad_alloc();
-    const hal_type_t stored = type == Type::bit ? HAL_BIT : type == Type::integer ? HAL_S32 : HAL_FLOAT;
-    result = hal_pin_new(name.c_str(), stored, output ? HAL_OUT : HAL_IN, cell, component);
+    result = hal_pin_new(name.c_str(), hal_type(type), output ? HAL_OUT : HAL_IN, cell, component);
     return Slot(cell);
 }
 

@@ -30,6 +30,7 @@ CONFIGURATIONS = (
     ("growth/growth.ini", "", ("thermal_growth_test",), None),
     ("growth/identified.ini", "identified_", ("axis_growth", "thermal_growth_test"), None),
 )
+SPARE_ROWS = {"mill/mill.ini": 1}  # of interlock, for functions that other INI files add
 # The machine, without the plant behind it: a plant reads signals that the stages give.
 MACHINE = ("common/motion.hal", "common/joints.hal", "common/w_joint.hal", "common/drives.hal", "z_joint.hal", "common/spindle.hal", "common/iocontrol.hal")
 
@@ -70,6 +71,8 @@ def files(ini, beginning, names, kept):
             raise SystemExit("%s: %s" % (ini, "\n".join(wiring.problems) or "other names: %s" % renamed))
         written = wiring.files
         texts = {"stages.hal": written.stages(), "order.tcl": written.order()}
+        rows = "functions=%d stages="
+        texts["stages.hal"] = texts["stages.hal"].replace(rows % len(functions), rows % (len(functions) + SPARE_ROWS.get(ini, 0)))
         if kept:
             texts["retain.hal"] = written.retain().replace("/retain.toml", "/" + kept)
     texts["order.tcl"] = texts["order.tcl"].replace(" plumb_order.tcl]", " functions/plumb_order.tcl]")

@@ -1,99 +1,135 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// How interlock permits a stage: one word in each period, which says all that the stage may do now.
-//
-// A stage takes a word only if it has the number of the stage at interlock, and a beat that goes on. A word
-// that stands still, that is not of interlock or that is for another stage is void as a whole: the stage
-// holds its offset, and one that never had a word applies nothing.
+// The end of a stage at the bus: what interlock permits, and what it hears of the stage. A permit that is
+// void holds the offset; a stage that never had one applies nothing.
 #pragma once
 
 #include "components/math/blocks/live_counter.hpp"
+#include "hal/bus.hpp"
 #include "hal/component.hpp"
+#include "hal/effect.hpp"
 
+#include <cstddef>
 #include <cstdint>
-#include <stdexcept>
+#include <optional>
 #include <string>
 
 namespace plumb {
 
 struct Permit {
-    bool enable = false;      // the stage may apply its offset
-    bool arm = false;         // a cycle runs, or a trial of this stage
-    bool hold = false;        // another stage is on trial: nothing moves here
-    std::int32_t source = 0;  // that alone acts in a trial, counted from 1; 0: all
-};
+    bool enable = false;       // the stage may apply its offset
+    bool arm = false;          // a cycle runs, or a trial of this stage
+    bool hold = false;         // another stage is on trial: nothing moves here
+    std::uint32_t source = 0;  // that alone acts in a trial, counted from 1; 0: all but that of a trial
 
-// The bits: beat 6, row 5, enable, arm, hold, source 3, and a check of these 17.
-class PermitWord {
-public:
-    static constexpr std::int32_t beats = 64, rows = 31, none = -1;
+    static constexpr std::uint32_t of_trial = 5;  // the pin trial
 
-    static constexpr std::int32_t of(std::int32_t row, std::int32_t beat, const Permit& permit) noexcept {
-        const std::int32_t low = beat % beats | (row + 1) << 6 | (permit.enable ? 1 << 11 : 0) |
-                                 (permit.arm ? 1 << 12 : 0) | (permit.hold ? 1 << 13 : 0) |
-                                 permit.source << 14;
-        return low | check(low) << bits;
+    constexpr std::uint32_t content() const noexcept {
+        return (enable ? 1U : 0) | (arm ? 2U : 0) | (hold ? 4U : 0) | source << 3;
     }
-
-    static constexpr bool is_for(std::int32_t word, std::int32_t row) noexcept {
-        const std::int32_t low = word & ((1 << bits) - 1);
-        return word >= 0 && word >> bits == check(low) && (low >> 6 & rows) == row + 1 && row >= 0;
-    }
-    static constexpr std::int32_t beat(std::int32_t word) noexcept { return word & (beats - 1); }
-    static constexpr Permit permit(std::int32_t word) noexcept {
-        return {(word >> 11 & 1) != 0, (word >> 12 & 1) != 0, (word >> 13 & 1) != 0, word >> 14 & 7};
-    }
-
-private:
-    static constexpr int bits = 17;
-
-    static constexpr std::int32_t check(std::int32_t low) noexcept {
-        return static_cast<std::int32_t>((static_cast<std::uint32_t>(low) * 2654435761U) >> 18);
+    static constexpr Permit of(std::uint32_t content) noexcept {
+        return {(content & 1) != 0, (content & 2) != 0, (content & 4) != 0, content >> 3 & 7};
     }
 };
 
-// The end of a stage.
+// The sources of a stage, by number from 0: its pins offset-0 to -3, and last that of a trial.
+template <class Offsets>
+struct StageSources {
+    static constexpr std::size_t number = Permit::of_trial;
+
+    Offsets& offsets;
+    double trial;
+
+    double operator[](std::size_t i) const noexcept {
+        return i + 1 < number ? static_cast<double>(offsets[i]) : trial;
+    }
+};
+using SourceRow = hal::Row<hal::In<double>, 4>;
+
+struct StageState {
+    bool in_force = false;         // an offset
+    bool ramping = false;          // ... which still changes
+    bool uncompensated = false;    // the axis lacks its offset
+    bool probing_refused = false;  // a probing move began with an offset in force
+    bool fault = false;
+    bool limited = false;  // a limit prevents the full offset
+
+    static constexpr int bits = 6;
+
+    constexpr std::uint32_t content() const noexcept {
+        return (in_force ? 1U : 0) | (ramping ? 2U : 0) | (uncompensated ? 4U : 0) |
+               (probing_refused ? 8U : 0) | (fault ? 16U : 0) | (limited ? 32U : 0);
+    }
+};
+
 class StagePermit : hal::Group {
 public:
     static constexpr const char* about =
         "With yes the stage applies an offset only by a permit of interlock, with no by its own pins "
-        "heartbeat, arm "
-        "and enable.";
+        "enable, arm and heartbeat.";
 
-    StagePermit(hal::Component* owner, const std::string& interlock)
-        : Group(owner), expected_(interlock == "yes") {
-        if (!expected_ && interlock != "no")
-            throw std::invalid_argument("interlock=" + interlock + ": give yes or no");
+    // has_arm: a cycle start arms the stage.
+    StagePermit(hal::Owner owner, const std::string& interlock, bool has_arm) : Group(owner) {
+        if (hal::has_interlock(interlock))
+            bus_.emplace(owner);
+        else
+            own_.emplace(owner, has_arm);
     }
 
-    // Once in each period, with the own pins of the stage.
-    Permit step(bool enable, bool arm) noexcept {
-        const std::int32_t word = permit_, number = row_, beat = heartbeat_;
-        if (!expected_) {
-            counter_.step(beat);
-            return {enable, arm, false, 0};
+    // Once in each period, first.
+    Permit step() noexcept {
+        if (own_) {
+            counter_.step(own_->heartbeat);
+            return {own_->enable, own_->arm && *own_->arm, false, 0};
         }
-        if (PermitWord::is_for(word, number)) {
-            beat_ = PermitWord::beat(word);
-            last_ = PermitWord::permit(word);
-        }
-        counter_.step(beat_);  // as long as no word is valid, it stands still
-        return {enable && last_.enable, last_.arm && alive(), last_.hold, last_.source};
+        heard_.step(bus_->permit);
+        Permit permit = Permit::of(heard_.content());
+        permit.arm = permit.arm && alive();
+        const double given = bus_->trial;
+        trial_ = permit.source == Permit::of_trial ? given : 0;
+        return permit;
     }
 
-    bool alive() const noexcept { return counter_.alive(); }
+    // Offset of the pin trial; 0 where it has no trial.
+    double trial() const noexcept { return trial_; }
+
+    bool alive() const noexcept { return own_ ? counter_.alive() : heard_.alive(); }
     // Dead for so long that it is a fault, and not the first periods.
-    bool missed() const noexcept { return counter_.missed(); }
+    bool missed() const noexcept { return own_ ? counter_.missed() : heard_.missed(); }
+
+    // Once in each period, last.
+    void report(const StageState& state) noexcept {
+        if (bus_)
+            bus_->state = hal::BusWord::of(hal::Party::stage, hal::Direction::to_interlock, heard_.row(),
+                                           beat_++, state.content());
+    }
 
 private:
-    const bool expected_;
-    hal::In<std::int32_t> permit_{this, "permit", PermitWord::none,
-                                  "What the stage may do now: interlock.stage-permit-N."};
-    hal::In<std::int32_t> row_{this, "row", -1, "Number N of the stage at interlock."};
-    hal::In<std::int32_t> heartbeat_{this, "heartbeat", -1,
-                                     "With interlock=no: interlock.heartbeat, or -1 without interlock."};
+    struct Bus final : Group {
+        using Group::Group;
+        hal::In<std::uint32_t> permit{this, "permit", 0, "What the stage may do: interlock.stage-permit-N."};
+        hal::In<double> trial{this, "trial", 0, "mu",
+                              "Offset of a trial of the stage, for plumb commission: interlock.trial."};
+        hal::Out<std::uint32_t> state{this, "state", "What the stage does: to interlock.stage-state-N."};
+    };
+    struct Own final : Group {
+        Own(hal::Owner owner, bool has_arm) : Group(owner) {
+            if (has_arm)
+                arm.emplace(this, "arm", false, "A rising edge is a cycle start, which arms the stage.");
+        }
+        hal::In<bool> enable{this, "enable", true, "Apply the offset; false: it returns to 0."};
+        hal::In<std::int32_t> heartbeat{
+            this, "heartbeat", -1,
+            "Counter that changes in each period, else the stage holds its offset; -1: none is watched."};
+        std::optional<hal::In<bool>> arm;
+        hal::Effects applies{this, hal::Effect::applies, enable};
+    };
+
+    std::optional<Bus> bus_;
+    std::optional<Own> own_;
     LiveCounter counter_;
-    std::int32_t beat_ = 0;  // of the last valid word
-    Permit last_;
+    hal::BusListener heard_{hal::Party::stage, hal::Direction::from_interlock};
+    double trial_ = 0;
+    std::uint32_t beat_ = 0;
 };
 
 }  // namespace plumb

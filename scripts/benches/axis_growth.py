@@ -57,7 +57,7 @@ def work(folder, seed, laws, duration, progress):
     with plumb.Host(options=OPTIONS) as host:
         start_mill(host, seed)
         host.command("loadrt sim_artifact names=artifact")
-        host.command("loadrt axis_growth names=" + ",".join(INSTANCES.values()))
+        host.command("loadrt axis_growth names=%s interlock=no" % ",".join(INSTANCES.values()))
         host.set("artifact.seed", seed)
         host.set("artifact.air-start", random.Random(-seed).uniform(1, 86400))
         host.command("net spindle-speed-cmd => artifact.spindle-speed-cmd axis-growth.spindle-speed another-growth.spindle-speed")

@@ -62,7 +62,7 @@ def setup(host, case):
     for line in (
         "loadrt threads name1=servo-thread period1=1000000",
         "loadrt sim_drive_load names=drive",
-        "loadrt thermal_displacement names=growth",
+        "loadrt thermal_displacement names=growth interlock=no",
         "net load drive.load => growth.load",
         "addf drive.update servo-thread",
         "addf growth.update servo-thread",

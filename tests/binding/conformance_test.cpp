@@ -448,7 +448,7 @@ std::vector<Inputs> inputs_of_what_moves_an_axis() {
     std::vector<Inputs> result;
     for (const std::string& name : built_modules()) {
         const Module module(build_folder() + "/modules/" + name + ".so");
-        const hal::Declarations declared(module.model());
+        const hal::Declarations declared(module.model(), "interlock", "no");  // as in the fixture
         if (declared.offsets.empty()) continue;
         int number = 0;
         for (const hal::PinInfo& pin : declared.pins) {
@@ -469,7 +469,7 @@ TEST_P(LiveConformance, NoValueReachesAnOutputOrBreaksARate) {
     ASSERT_TRUE(live) << "no Live fixture for " << GetParam().module << ": see tests/live.hpp";
     const Module module(build_folder() + "/modules/" + GetParam().module + ".so");
     for (const std::string& pin : GetParam().pins) {
-        EXPECT_THAT(about_poison(*live, hal::Declarations(module.model()), pin), IsEmpty()) << pin;
+        EXPECT_THAT(about_poison(*live, hal::Declarations(module.model(), "interlock", "no"), pin), IsEmpty()) << pin;
     }
 }
 

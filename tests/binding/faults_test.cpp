@@ -86,6 +86,8 @@ struct Give final : Command {
         else if (target.type == hal::Type::integer)
             value = *rc::gen::element<double>(std::numeric_limits<std::int32_t>::min(), -1, 0, 1,
                                               std::numeric_limits<std::int32_t>::max());
+        else if (target.type == hal::Type::word)
+            value = *rc::gen::element<double>(0, 1, std::numeric_limits<std::uint32_t>::max());
         else if (target.echo || *rc::gen::inRange(0, 3) == 0)
             value = *rc::gen::elementOf(impossible);
         else

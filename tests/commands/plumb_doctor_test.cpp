@@ -430,7 +430,7 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
         EXPECT_THAT(doctor_of_running().output, Finds("WRONG", "No HAL runs here: *", "linuxcnc my.ini"));
         halcmd("loadrt threads name1=servo-thread period1=1000000 name2=slow period2=10000000");
         halcmd("loadrt lowpass names=motion-controller,filter");
-        halcmd("loadrt squareness names=square");
+        halcmd("loadrt squareness names=square interlock=no");
         halcmd("loadrt joint_offset names=x-stage,y-stage interlock=no");
         EXPECT_THAT(doctor_of_running().output,
                     Finds("WRONG", "square.update is in no thread, so it is never called; *",

@@ -627,7 +627,7 @@ class Identify(unittest.TestCase):
         with plumb.Host() as host:
             host.command("loadrt threads name1=servo-thread period1=500000000")
             host.command("loadrt sim_artifact names=artifact")
-            host.command("loadrt axis_growth names=axis-growth")
+            host.command("loadrt axis_growth names=axis-growth interlock=no")
             host.set("artifact.seed", 11)
             host.set("artifact.air-start", 30000)
             host.command("net spindle-speed artifact.spindle-speed => axis-growth.spindle-speed")

@@ -57,7 +57,7 @@ class Volume(unittest.TestCase):
         self.assertIn("Lost motion of X: 10.00 um +- 0.09 um (k = 2), from 8.00 um to 12.00 um along the travel", output)
         self.assertIn("Not seen: the scale of the axis,", output)
         with plumb.Host(options={"squareness.table": os.path.join(self.folder, "x.csv"), "squareness.chain": "w-X-Y.b-Z-C-t"}) as host:
-            for line in ("loadrt threads name1=t period1=1000000", "loadrt squareness names=square", "addf square.update t", "start"):
+            for line in ("loadrt threads name1=t period1=1000000", "loadrt squareness names=square interlock=no", "addf square.update t", "start"):
                 host.command(line)
             for name, value in (("max-speed", 1e5), ("enable", True), ("all-homed", True)):
                 host.set("square." + name, value)

@@ -195,7 +195,7 @@ class AnalogGauge(unittest.TestCase):
         import plumb
 
         with plumb.Host() as host:
-            for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "newsig gauge-voltage float"):
+            for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre interlock=no", "newsig gauge-voltage float"):
                 host.command(line)
             host.command("net height-measure centre.measure")
             host.load(GAUGE % "analog")
@@ -213,7 +213,7 @@ class DigitalGauge(unittest.TestCase):
         with plumb.Host() as host:
             for line in (
                 "loadrt threads name1=servo-thread period1=1000000",
-                "loadrt centre_height names=centre",
+                "loadrt centre_height names=centre interlock=no",
                 "newsig gauge-near float",
                 "newsig gauge-far float",
                 "newsig gauge-master bit",
@@ -261,7 +261,7 @@ class ModbusGauge(unittest.TestCase):
             os.environ["CONFIG_DIR"] = folder
             os.environ["PATH"] = os.path.join(BUILD, "bin") + ":" + os.environ["PATH"]
             with plumb.Host() as host:
-                for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "loadrt interlock names=interlock"):
+                for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre interlock=no", "loadrt interlock names=interlock"):
                     host.command(line)
                 host.command("addf interlock.update servo-thread")
                 host.command("net height-measure centre.measure")

@@ -112,7 +112,7 @@ class Days(unittest.TestCase):
                 moved = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) > STEP
                 programmed = self.recent(abs(np.diff(day["axis.z.pos-cmd"], prepend=0)) > STEP)
                 cycle = self.recent(day["motion.digital-out-00"] + day["z-axis-stage.clear"])
-                taken_out = self.recent(day["growth.enable"] == 0)
+                taken_out = self.recent(day["growth.enabled"] == 0)
                 on = day["motion.motion-enabled"] == 1
                 self.assertEqual(list(np.flatnonzero(moved & ~programmed & ~cycle & ~taken_out & on)), [])
                 rate = abs(np.diff(day["joint.2.motor-pos-cmd"], prepend=0)) / PERIOD
@@ -156,8 +156,8 @@ class Days(unittest.TestCase):
     def test_without_retain_growth_is_not_compensated_and_the_operator_knows(self):
         for name in ("second", "forgotten"):
             day, rows = self.days[name], self.rows(name, "retain_killed")
-            self.assertEqual(list(day["growth.enable"][rows[[0, -1]]]), [1, 0])
-            self.assertTrue(day["square.enable"][rows].all())  # which needs no plumb-retain
+            self.assertEqual(list(day["growth.enabled"][rows[[0, -1]]]), [1, 0])
+            self.assertTrue(day["square.enabled"][rows].all())  # which needs no plumb-retain
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
             self.assertIn("plumb-retain has ended", self.facts[name]["errors"][-1])
 

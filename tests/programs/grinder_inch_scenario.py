@@ -27,7 +27,7 @@ class Shift(Scenario):
         self.host.set("chop.learn", 0)
         self.machine.turn_on()
         self.machine.home()
-        self.await_pin("chop.enable", 1)  # plumb-retain has restored its values
+        self.await_pin("chop.enabled", 1)  # plumb-retain has restored its values
 
     def contour(self):
         self.machine.run("inch.ngc")

@@ -97,7 +97,7 @@ class Shift(Scenario):
         self.host.set("chop.learn", 0)
         self.machine.turn_on()
         self.machine.home()
-        self.await_pin("chop.enable", 1)  # plumb-retain has restored its values
+        self.await_pin("chop.enabled", 1)  # plumb-retain has restored its values
 
     def contour(self):
         self.machine.run("contour.ngc")
@@ -378,9 +378,9 @@ class Shift(Scenario):
 
     def enable_back(self):
         self.host.set("interlock.function-switch-0", 1)
-        self.await_pin("chop.enable", 1)
+        self.await_pin("chop.enabled", 1)
         self.machine.wait(0.5)
-        self.facts["enable_back"] = [self.host.get("chop.enable"), self.host.get("chop.run")]
+        self.facts["enable_back"] = [self.host.get("chop.enabled"), self.host.get("chop.run")]
         self.machine.mdi("G80.1")
 
     def to_point_r(self):

@@ -16,7 +16,7 @@ from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
 COLUMNS = (
-    ["scene", "axis.z.eoffset", "growth.z-offset", "growth.enable", "square.enable", "mill.engagement", "mill.truth-growth"]
+    ["scene", "axis.z.eoffset", "growth.z-offset", "growth.enabled", "square.enabled", "mill.engagement", "mill.truth-growth"]
     + ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "growth.contacts-accepted"]
     + ["interlock.feed-service-lost", "motion.motion-enabled", "motion.motion-type", "motion.digital-out-00", "motion.homing-inhibit"]
     + [axis + "-stage.drive-command" for axis in "xyz"]

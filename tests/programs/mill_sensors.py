@@ -50,7 +50,7 @@ class Sensors(Scenario):
         self.host.set("interlock.service-timeout-1", 1)  # not to wait for 10 s
         os.kill(int(link), signal.SIGKILL)
         self.until("interlock.service-ok-1", False)
-        self.facts["link"] += self.host.get(["linuxcnc-link.identified", "growth.enable"])
+        self.facts["link"] += self.host.get(["linuxcnc-link.identified", "growth.enabled"])
         joints = ["joint.0.pos-cmd", "joint.2.pos-cmd"]
         self.facts["without link"] = [self.host.get(joints)]
         with contextlib.suppress(OperatorError):

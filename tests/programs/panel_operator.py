@@ -63,11 +63,11 @@ class Operator:
             self.teach()
         finger.press("Switch on / off")
         finger.press("Switch off")
-        self.until("growth.enable", False)
+        self.until("growth.enabled", False)
         finger.await_text("Switched off.")
         finger.press("Switch on / off")
         finger.press("Switch on")
-        self.until("growth.enable", True)
+        self.until("growth.enabled", True)
         finger.press("All components")
         finger.press("growth")
         finger.press("gate-floor")
@@ -88,7 +88,7 @@ class Operator:
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         finger.press("Switch off")
-        self.until("growth.enable", False)
+        self.until("growth.enabled", False)
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
         self.host.set("interlock.function-switch-0", True)
@@ -190,13 +190,13 @@ class Operator:
         self.machine.wait(1)
         seen["held"] = host.get("x-stage.applied-offset") - before
         self.machine.abort()
-        self.until("square.enable", False)
+        self.until("square.enabled", False)
         finger.await_text("Switched off.")
         finger.until(lambda: abs(host.get("x-stage.applied-offset")) < 1e-6, "X without its correction")
         seen["moved"] = host.get("x-stage.applied-offset") - before
         finger.press("Switch on / off")
         finger.press("Switch on")
-        self.until("square.enable", True)
+        self.until("square.enabled", True)
         finger.await_text("Corrects the tilts that were measured.")
         seen["waiting"] = finger.find_text("Homing waits")
 
@@ -255,14 +255,14 @@ class Operator:
         finger.press("Test move")
         self.save()
         finger.await_text("LinuxCNC runs with w-Z.b-X-Y-C-t: start LinuxCNC again.")
-        self.until("square.enable", False)
+        self.until("square.enabled", False)
         finger.press("Switch on / off")
         seen["new chain"] = finger.await_text("Switch on: refused. The chain w-X-Y.b-Z-C-t is saved")
         finger.press("Changes")
         finger.press("Undo [SQUARENESS]CHAIN")
         finger.press("Undo")
         finger.until(lambda: host.get(["square.ec0y", "square.ea0y"]) == [-0.00016, 0.00012], "the angles of before")
-        self.until("square.enable", True)  # which is part of the deed
+        self.until("square.enabled", True)  # which is part of the deed
 
     def hold_a_message_back(self):
         """What the panel shows waits behind the question of the panel, and comes when another tab is in front."""

@@ -10,7 +10,7 @@ from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
 COLUMNS = ["scene", "motion.is-all-homed", "motion.digital-out-01", "motion.tooloffset.z", "iocontrol.0.tool-number"]
-COLUMNS += ["square.ramping", "square.fault-code", "square.enable", "square.axis-direction"]
+COLUMNS += ["square.ramping", "square.fault-code", "square.enabled", "square.axis-direction"]
 COLUMNS += ["square.e%s0y-in-use" % rotation for rotation in "ac"]
 for number, letter in enumerate("xyz"):
     COLUMNS += ["joint.%d.%s" % (number, pin) for pin in ("pos-cmd", "vel-cmd", "f-error")]

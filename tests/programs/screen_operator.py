@@ -74,7 +74,7 @@ class Operator:
         finger.press("Growth of Z")
         finger.press("Switch on / off")
         finger.press("Switch off")
-        self.until("growth.enable", False)
+        self.until("growth.enabled", False)
         finger.press("Switch on / off")
         seen["refused"] = finger.await_text("Switch on: refused. The machine is off.")
         enter_an_incomplete_lean(finger, "w-Z.b-X-Y-C-t")

@@ -101,16 +101,16 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
     LIMITS = "[JOINT_%d]\nMIN_LIMIT = -400\nMAX_LIMIT = 400\nMAX_ACCELERATION = 2000\n"
     # Instances that a page names, and does not load.
     OTHERS = {
-        "growth": "loadrt thermal_displacement names=growth",
+        "growth": "loadrt thermal_displacement names=growth interlock=no",
         "z-stage": "loadrt axis_offset names=z-stage interlock=no",
         "x-stage": "loadrt joint_offset names=x-stage interlock=no",
-        "square": "loadrt squareness names=square",
+        "square": "loadrt squareness names=square interlock=no",
         "interlock": "loadrt interlock names=interlock",
         "x-drive": "loadrt lowpass names=x-drive",
         "program": "loadrt sim_part_program names=program",
         "mill": "loadrt sim_mill names=mill",
         "drive": "loadrt sim_drive_load names=drive",
-        "centre": "loadrt centre_height names=centre",
+        "centre": "loadrt centre_height names=centre interlock=no",
         "lathe": "loadrt sim_lathe names=lathe",
         "trial": "loadrt sim_trial_cuts names=trial",
     }
@@ -200,7 +200,8 @@ net spindle-load siggen.0.cosine
                 used = set(re.findall(r"([a-z][a-z-]*)\.", lines)) - set(",".join(loaded).split(","))
                 if re.search("addf x-drive", lines):
                     used.add("x-drive")
-                others = [line for instance, line in self.OTHERS.items() if instance in used]
+                permitted = {instance for instance in used if instance + ".permit" in lines}
+                others = [line.replace("=no", "=yes") if instance in permitted else line for instance, line in self.OTHERS.items() if instance in used]
                 threads = "" if "motion-controller" in lines else "addf motion-controller servo-thread\n"
                 self.load("\n".join(others) + "\n" + threads + lines).run(0.1)
 

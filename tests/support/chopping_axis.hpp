@@ -21,7 +21,7 @@ inline constexpr double nm = 1e-6;   // mm
 inline void wire(Bench& bench, const std::string& plant = "sim_grinder") {
     bench.command("loadrt " + plant + " names=axis");
     for (const char* line :
-         {"loadrt chopping names=chop", "setp chop.upper            -8", "setp chop.lower           -20",
+         {"loadrt chopping names=chop interlock=no", "setp chop.upper            -8", "setp chop.lower           -20",
           "setp chop.feed             60", "setp chop.max-acceleration 1000", "setp chop.min-limit      -100",
           "setp chop.max-limit       100", "setp chop.homed             1", "setp chop.motion-enabled    1",
           "setp axis.resolution        0.0001", "net command chop.command => axis.position-cmd",

@@ -26,7 +26,7 @@ struct Square {
     // Homed and enabled; max-rate is 10 mu/s, so that a test need not wait.
     explicit Square(const std::string& options, const client::Start& start = {})
         : bench(Bench::Thread::servo, start) {
-        bench.command("loadrt squareness names=square " + options);
+        bench.command("loadrt squareness names=square interlock=no " + options);
         bench.command("addf square.update servo-thread");
         set({{"all-homed", 1}, {"enable", 1}, {"max-correction", 5}, {"max-rate", 10}, {"max-speed", 1000}});
     }

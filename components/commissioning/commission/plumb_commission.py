@@ -109,7 +109,7 @@ class Running:
         try:
             self.hal = Hal()
         except HalGone as gone:
-            raise NotReady(_("LinuxCNC does not run here: {why}").format(why=gone)) from None
+            raise NotReady(_("LinuxCNC does not run here: {why} If it refuses a line after an update, plumb wire --check --ini my.ini gives the line to write.").format(why=gone)) from None
         path = options.ini or ini_of_linuxcnc()
         ini = hal_files.Ini(path if path and os.path.isfile(path) else "")
         texts.MACHINE_UNIT[0] = "in" if ini.get("TRAJ", "LINEAR_UNITS", "mm").lower() in ("in", "inch", "imperial") else "mm"

@@ -17,6 +17,7 @@ sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
 sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
 from applying import COPY, Applied, changes  # noqa: E402
 from error_tables import compensated, own_compensation, slow_turns, unsealed  # noqa: E402
+import former_pins  # noqa: E402
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from later_files import LaterFiles  # noqa: E402
@@ -239,6 +240,11 @@ class Wire:
 
     def check(self):
         """Whether the machine and Plumb are as they were when the functions were wired."""
+        former = former_pins.sentences(IniFile(self.ini_path), self.home)
+        if former:  # LinuxCNC loads no such line, so no trial can begin
+            print("%s: lines of an earlier Plumb" % os.path.basename(self.ini_path))
+            print("".join("  %s\n" % sentence for sentence in former) + "  Files in %s are written again by plumb wire --apply." % self.folder)
+            return 1
         if not self.functions:
             raise Impossible("No function is wired in %s." % self.output.folder)
         ini = self.fresh_ini()

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 
 namespace plumb {
 
@@ -29,7 +30,8 @@ struct AxisGrowth final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", false, "Apply the offsets; else 0."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock, "Apply the offsets; else 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::Axes<hal::In<double>, 3> position{this, "%-position", 0.0, "mu", "Commanded position of %."};
@@ -68,11 +70,11 @@ struct AxisGrowth final : hal::Component {
     hal::Out<bool> limited{this, "limited", "The growth of an axis exceeds max-offset."};
     hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Status<AxisGrowthStatus> status{this};
+    hal::Status<AxisGrowthStatus> status{this, permission};
 
     hal::Offset moves[3]{{this, moving(0)}, {this, moving(1)}, {this, moving(2)}};
 
-    hal::Effects when_it_applies{this, hal::Effect::applies, enable, all_homed};
+    hal::Effects when_it_applies{this, hal::Effect::applies, all_homed};
     hal::Effects at_once{this, hal::Effect::at_once, position, spindle_speed, max_offset};
 
     hal::Function run{this, "update", &AxisGrowth::update, hal::Place::source};
@@ -80,6 +82,7 @@ struct AxisGrowth final : hal::Component {
     void prepare() override { judge(); }
 
     void update(double dt) noexcept {
+        permission.step();
         const bool settings_good = judge();
         const bool jumped = read_position(dt);
         const double speed = spindle_speed;
@@ -91,7 +94,7 @@ struct AxisGrowth final : hal::Component {
         const double driven = drive_.step(speed_, settings_.drive, dt);
         const GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
         if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
-        const bool homed = all_homed, enabled = enable;
+        const bool homed = all_homed, enabled = permission.enabled();
         const bool applies = enabled && homed && sensors.all_known();
         const double part = trust(line, driven, applies);
         follow(line, applies, jumped, dt);
@@ -129,6 +132,7 @@ struct AxisGrowth final : hal::Component {
         seen.ramping = ramp_.ramping();
         seen.interlock = status.of_interlock();
         status = status_of(seen);
+        permission.report({false, true, false, ramp_.ramping()});
     }
 
 private:

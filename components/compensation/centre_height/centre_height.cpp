@@ -8,6 +8,8 @@
 #include "hal/component.hpp"
 #include "pages/centre_height.page.hpp"
 
+#include <string>
+
 namespace plumb {
 
 struct CentreHeight final : hal::Component {
@@ -20,6 +22,8 @@ struct CentreHeight final : hal::Component {
 
     hal::LengthUnit unit{this};
 
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock, "Y may be moved; else the value is only shown."};
     HeightOrders orders{this};
     hal::Row<hal::In<double>, HeightSettings::posts> x_position{this, "x-position", 0, "mu",
                                                                 "Position of X, as a radius."};
@@ -37,11 +41,13 @@ struct CentreHeight final : hal::Component {
     hal::Out<bool> value_taken{this, "value-taken",
                                "The last diameter was taken, while value-ready is true."};
     HeightOutputs outputs{this};
-    hal::Status<HeightStatus> status{this};
+    hal::Status<HeightStatus> status{this, permission};
     hal::Function run{this, "update", &CentreHeight::update, hal::Place::measurement};
 
     void update(double) noexcept {
-        const HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
+        permission.step();
+        HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
+        now.automatic = permission.enabled();
         const HeightOrders::Given given = orders.read();
 
         const double load = spindle_load;
@@ -74,6 +80,7 @@ struct CentreHeight final : hal::Component {
         outputs.show(procedure_, now);
         status = status_of({procedure_.state(), procedure_.fault(), procedure_.verdict().verdict,
                             status.of_interlock(), procedure_.hold()});
+        permission.report({});
         cut_taken = cut_taken_;
         value_taken = taken_;
     }

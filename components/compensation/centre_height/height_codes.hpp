@@ -78,7 +78,7 @@ enum class Hold : std::int32_t {
 };
 constexpr const char* sentence(Hold hold) {
     switch (hold) {
-        case Hold::value_only: return "The setting automatic is false: move Y by hand.";
+        case Hold::value_only: return "The function is not permitted: move Y by hand, or switch it on.";
         case Hold::sign:
             return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
         case Hold::insignificant:

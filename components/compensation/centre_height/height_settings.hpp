@@ -108,7 +108,6 @@ struct HeightSettings final : hal::Group {
                                "%",
                                "Smallest load of the spindle that shows a cut; 0: the load is not wired.",
                                hal::Range{0, 1000}};
-    hal::In<bool> automatic{this, "automatic", false, "Y may be moved; else the value is only shown."};
     hal::In<bool> without_y{this, "without-y", false,
                             "The machine has no Y: a shim raises the tool by y-move."};
     hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have.", offsets};
@@ -176,7 +175,6 @@ struct HeightSettings final : hal::Group {
         now.x_is_radius = x_is_radius;
         now.x_known = x_known;
         now.air_cut_check = air_cut_check;
-        now.automatic = automatic;
         now.without_y = without_y;
         now.at_rest = at_rest;
         now.tool = tool;

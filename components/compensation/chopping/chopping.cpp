@@ -15,6 +15,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 namespace plumb {
 
@@ -31,8 +32,9 @@ struct Chopping final : hal::Component {
     hal::In<bool> run{this, "run", false, "A rising edge starts strokes; false stops them."};
     hal::In<bool> stop{this, "stop", false,
                        "True ends strokes as run false does, and refuses a start: for a button."};
-    hal::In<bool> enable{this, "enable", true,
-                         "Strokes are permitted; false withdraws the axis to position."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock, "Strokes are permitted; false withdraws the axis to position.",
+                               true};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> feed_hold{this, "feed-hold", false, "Stand where hold-kind selects, and go on when false."};
@@ -104,7 +106,7 @@ struct Chopping final : hal::Component {
     LearnedRow row{this};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Status<ChoppingStatus> status{this};
+    hal::Status<ChoppingStatus> status{this, permission};
 
     hal::Offset moves{this, hal::MovingPin(offset)
                                 .bound(settings.max_offset)
@@ -114,7 +116,6 @@ struct Chopping final : hal::Component {
                                 .undriven(motion_enabled, homed)
                                 .limited(limited.active())};
 
-    hal::Effects applies{this, hal::Effect::applies, enable};
     hal::Effects withholds{this, hal::Effect::withholds, go_to_end};
     hal::Effects at_once{this, hal::Effect::at_once, run};
 
@@ -123,11 +124,12 @@ struct Chopping final : hal::Component {
     void prepare() override { axis_.begin(settings.read(), 1 / unit.millimetres()); }
 
     void update(double dt) noexcept {
-        permission_ = status.of_interlock();
+        permission.step();
         const StrokingAxis::Inputs inputs = judged();
         take_records();
         axis_.step(inputs, settings.read(), dt);
         show(inputs);
+        permission.report({axis_.motion().moves(), false, axis_.busy(), false});
     }
 
 private:
@@ -135,7 +137,7 @@ private:
         StrokingAxis::Inputs its;
         its.orders = {run,
                       stop,
-                      enable,
+                      permission.enabled(),
                       go_to_end,
                       shift,
                       shift_at_crossing,
@@ -146,8 +148,8 @@ private:
                       StrokingAxis::farthest};
         its.feed_hold = feed_hold;
         // Somebody has let go of the button, or the program has died.
-        const bool untried = permission_ == hal::common<ChoppingStatus>(hal::Common::uncommissioned) ||
-                             permission_ == hal::common<ChoppingStatus>(hal::Common::stage_uncommissioned);
+        const bool untried = permission.reason() == hal::Common::uncommissioned ||
+                             permission.reason() == hal::Common::stage_uncommissioned;
         its.emergency_hold = emergency_hold;
         its.trial_over = untried && !its.orders.enable;
         its.on = motion_enabled;
@@ -211,12 +213,11 @@ private:
         seen.on = inputs.on;
         seen.homed = inputs.homed;
         seen.permitted = inputs.orders.enable;
-        seen.interlock = permission_;
+        seen.interlock = status.of_interlock();
         status = status_of(seen);
     }
 
     StrokingAxis axis_;
-    ChoppingStatus permission_{};  // of interlock, in this period
     double motor_ = 0;             // mu, the last good one
 };
 

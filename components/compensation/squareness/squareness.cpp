@@ -41,7 +41,8 @@ struct Squareness final : hal::Component {
         "CSV files of error tables: absolute paths, separated by colons; none for no table."};
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", false, "Apply the correction; false: it returns to 0."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock, "Apply the correction; false: it returns to 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     SquarenessSettings settings{this};
     hal::Axes<hal::In<double>, 3> tool_offset{this, "%-tool-offset", 0, "mu",
@@ -70,7 +71,7 @@ struct Squareness final : hal::Component {
         "Settling ended too early; unsettled-code gives the cause, until the tool changes again."};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Status<SquarenessStatus> status{this};
+    hal::Status<SquarenessStatus> status{this, permission};
     hal::Out<bool> table_fault{this, "table-fault",
                                "The last reload failed; the former tables stay in force."};
     hal::Out<std::int32_t> tables{this, "tables", "Number of axes with a table."};
@@ -80,7 +81,7 @@ struct Squareness final : hal::Component {
                          {this, moving(correction[2])}, {this, moving(correction[3])},
                          {this, moving(correction[4])}, {this, moving(correction[5])}};
 
-    hal::Effects applies{this, hal::Effect::applies, enable, all_homed};
+    hal::Effects applies{this, hal::Effect::applies, all_homed};
     hal::Effects at_once{this, hal::Effect::at_once, tool_offset, compensated.on_contour, reload};
 
     hal::Function run{this, "update", &Squareness::update, hal::Place::source};
@@ -104,6 +105,7 @@ struct Squareness final : hal::Component {
     }
 
     void update(double dt) noexcept {
+        permission.step();
         const bool jumped = reader_.read_motion(settings, axes_, dt * (1 + play));
         reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
@@ -112,7 +114,7 @@ struct Squareness final : hal::Component {
         const bool edited = settings.judge() || left_out;
         const bool reloaded = take_over_tables();
         reversal.move(settings.values(), reloaded || left_out, dt);
-        const bool homed = all_homed, enabled = enable, was_active = model_.active();
+        const bool homed = all_homed, enabled = permission.enabled(), was_active = model_.active();
         follow(edited, enabled && homed && settings.complete(), jumped, reloaded, dt);
 
         for (int i = 0; i < 3; ++i) {
@@ -135,6 +137,7 @@ struct Squareness final : hal::Component {
         report(jumped && was_active);
         settle(by_program, dt);
         show_status(enabled, homed);
+        permission.report({false, true, settling_.holds(), ramps_.ramping()});
     }
 
 private:

@@ -12,7 +12,6 @@ struct MachineSignals : hal::Group {
 
     GrowthByContact::Sample read() noexcept {
         GrowthByContact::Sample s;
-        s.enable = enable;
         s.learn = learn;
         s.cycle_running = cycle_running;
         s.cycle_complete = cycle_complete;
@@ -34,7 +33,6 @@ struct MachineSignals : hal::Group {
         return s;
     }
 
-    hal::In<bool> enable{this, "enable", false, "Compare contacts and apply the offset."};
     hal::In<bool> learn{this, "learn", false, "Learn from the next cycle."};
     hal::In<bool> cycle_running{this, "cycle-running", false, "A cycle of the part program runs."};
     hal::In<bool> cycle_complete{this, "cycle-complete", false, "The cycle that ends was not aborted."};

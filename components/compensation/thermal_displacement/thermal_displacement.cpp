@@ -19,6 +19,7 @@
 #include "pages/thermal_displacement.page.hpp"
 
 #include <cmath>
+#include <string>
 
 namespace plumb {
 
@@ -58,6 +59,8 @@ struct ThermalDisplacement final : hal::Component {
 
     hal::LengthUnit unit{this};
 
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock, "Compare contacts and apply the offset."};
     MachineSignals machine{this};
     ReferenceConditions conditions{this};
     ContactSettings contact_settings{this};
@@ -67,7 +70,7 @@ struct ThermalDisplacement final : hal::Component {
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
     hal::Codes<Fault> fault{this, "fault"};
-    hal::Status<DisplacementStatus> status{this};
+    hal::Status<DisplacementStatus> status{this, permission};
     ContactReport report{this};
     TrustReport trust{this};
     OperatorQuestions questions{this};
@@ -84,7 +87,6 @@ struct ThermalDisplacement final : hal::Component {
             .limited(limited)
             .at_next_cycle()};
 
-    hal::Effects applies{this, hal::Effect::applies, machine.enable};
     hal::Effects withholds{this, hal::Effect::withholds, offset_settings.dry_run, machine.learn};
 
     hal::Function run{this, "update", &ThermalDisplacement::update, hal::Place::source,
@@ -93,6 +95,7 @@ struct ThermalDisplacement final : hal::Component {
     void prepare() override { settings_ = settings(); }
 
     void update(double dt) noexcept {
+        permission.step();
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
@@ -139,6 +142,7 @@ struct ThermalDisplacement final : hal::Component {
         walk();
         if (measured_.due() || its_fault != fault_) show_status(now, its_fault != Fault::none, dry, applying);
         fault_ = its_fault;
+        permission.report({});
     }
 
 private:
@@ -181,6 +185,7 @@ private:
 
     Sample sample() noexcept {
         Sample s = machine.read();
+        s.enable = permission.enabled();
         s.setup = conditions.setup();
         s.temperature = conditions.temperature;
         s.date = conditions.date;

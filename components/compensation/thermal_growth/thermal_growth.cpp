@@ -4,6 +4,8 @@
 #include "components/compensation/thermal_growth/growth_status.hpp"
 #include "pages/thermal_growth.page.hpp"
 
+#include <string>
+
 namespace plumb {
 
 using namespace growth_test;
@@ -18,13 +20,15 @@ struct ThermalGrowthTest final : hal::Component {
     using Component::Component;
 
     hal::LengthUnit unit{this};
+    hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
+    hal::Permission permission{this, interlock};
     Program program{this};
     Machine machine{this};
     Temperatures temperatures{this};
     StopSettings stop_settings{this};
 
     TestReport report{this};
-    hal::Status<Status> status{this};
+    hal::Status<Status> status{this, permission};
     hal::Records rows{this};
     GrowthRow row{this};
 
@@ -36,6 +40,7 @@ struct ThermalGrowthTest final : hal::Component {
     }
 
     void update(double dt) noexcept {
+        permission.step();
         Signals now = program.read(dt);
         machine.read(now.at);
         now.oriented = machine.oriented(now.turned);
@@ -63,6 +68,7 @@ struct ThermalGrowthTest final : hal::Component {
         status = status_of({report.now(), test_.stop(), program.runs(), its_fault != Fault::none,
                             program.is_gone(), program.is_paused(), program.is_resumable(),
                             status.of_interlock()});
+        permission.report({});
     }
 
 private:

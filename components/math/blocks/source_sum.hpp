@@ -16,7 +16,7 @@ public:
     // Reads each of given[0] to given[N - 1] once.  Whether all lie within ±limit.  With `only` above 0 the
     // others stay as they are, and source number `only`, from 1, is read.
     template <class Row>
-    bool read(Row& given, double limit, std::size_t only = 0) noexcept {
+    bool read(Row&& given, double limit, std::size_t only = 0) noexcept {
         bool good = true;
         for (std::size_t i = 0; i < N; ++i) {
             const double source = given[i];

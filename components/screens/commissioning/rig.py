@@ -18,11 +18,10 @@ SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
 ORDER = 4  # fault-code of interlock
 DOUBTS = (8, 9, 10)  # fault-code of plumb-retain: it waits for an answer
-JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "joint-command", "drive-feedback")
-JOINT_OUTPUTS = ("drive-command", "joint-feedback")
-AXIS_INPUTS = ("permit", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
-AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable")
-STAGE_REPORTS = ("in-force", "ramping", "limited")  # of a stage, to its row of interlock
+JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "trial", "joint-command", "drive-feedback")
+JOINT_OUTPUTS = ("drive-command", "joint-feedback", "state")
+AXIS_INPUTS = ("permit", "trial", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
+AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable", "state")
 OF_LINUXCNC = re.compile(r"(joint|axis|motion|spindle|halui|iocontrol|ini)\.")
 
 
@@ -59,20 +58,19 @@ class Rig:
         if not locks:
             raise NotReady(_("No interlock is loaded: run plumb wire."))
         self.lock = locks[0]
-        self.stages = list(self._places("stage", "stage-fault-%d", "stage"))
-        self.functions = list(self._places("function", "function-status-%d", "compensation"))
+        self.stages = list(self._places("stage", "stage"))
+        self.functions = list(self._places("function", "compensation"))
 
-    def _places(self, kind, pin, role):
+    def _places(self, kind, role):
+        """Each function or stage, by the nets of its row."""
         for number in range(32):
-            full = self.lock.full(pin % number)
-            there = self.machine.pins.get(full)
-            if there is None:
+            full = [self.lock.full("%s-%s-%d" % (kind, word, number)) for word in ("state", "permit")]
+            if full[0] not in self.machine.pins:
                 return
-            for other in self.ends(there.signal):
-                owner, _short = self.machine.owner_of(other)
-                if owner is not None and owner.declared.role == role and other != full:
-                    yield Place(kind, number, owner)
-                    break
+            owners = [self.machine.owner_of(other)[0] for name in full for other in self.ends(self.machine.pins[name].signal) if other != name]
+            found = next((owner for owner in owners if owner is not None and owner.declared.role == role), None)
+            if found is not None:
+                yield Place(kind, number, found)
 
     def ends(self, signal):
         """Names of the pins at a signal."""
@@ -255,8 +253,6 @@ class Rig:
             inputs, outputs = (JOINT_INPUTS, JOINT_OUTPUTS) if stage.module == "joint_offset" else (AXIS_INPUTS, AXIS_OUTPUTS)
             missing += [stage.instance.full(short) for short in inputs if not self._writer(self.machine.pins[stage.instance.full(short)])]
             missing += [stage.instance.full(short) for short in outputs if not self._readers(self.machine.pins[stage.instance.full(short)])]
-            reports = (self.machine.pins.get(self.lock.full("stage-%s-%d" % (report, stage.number))) for report in STAGE_REPORTS)
-            missing += [pin.name for pin in reports if pin and not self._writer(pin)]
         for short, _letter, pin in self._outputs_of(function):
             if not self._stages_at(pin):
                 missing.append(pin.name)

@@ -71,6 +71,11 @@ def _kind(instance, short):
     return instance.declared.pins.get(short, {}).get("effect", APPLIES if short == "enable" else "")
 
 
+def is_permitted(instance, values):
+    """Whether the permit of interlock enables it; true of one that is loaded with interlock=no."""
+    return bool(int(instance.value(values, "permit")) >> 8 & 1) if "permit" in instance.pins else True
+
+
 def _changes(machine, writes, values):
     """(instance, new values by short name) of what changes. A switch is an enable."""
     found = collections.defaultdict(dict)
@@ -84,7 +89,9 @@ def _changes(machine, writes, values):
 
 
 def _follows(instance, values, changes):
-    """Whether its settings let the offset follow."""
+    """Whether interlock and its settings let the offset follow."""
+    if not changes.get("enable", is_permitted(instance, values)):
+        return False
     kinds = ((short, _kind(instance, short)) for short in instance.pins)
     return all(bool(changes.get(short, instance.value(values, short))) == (kind == APPLIES) for short, kind in kinds if kind in (APPLIES, WITHHOLDS))
 

@@ -117,8 +117,8 @@ class Machine:
 
     def permission(self, instance):
         """The interlock that permits a function, and the function's number there; None, -1 without one."""
-        owner, short = self.owner_of(self.writer(instance.full("enable")))
-        if owner is not None and short.startswith("function-enable-"):
+        owner, short = self.owner_of(self.writer(instance.full("permit")))
+        if owner is not None and short.startswith("function-permit-"):
             return owner, int(short.rsplit("-", 1)[1])
         return None, -1
 

@@ -29,9 +29,7 @@ struct AxisOffset final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", true, "Apply the own offset; false: it returns to 0."};
-    hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
-    hal::In<bool> arm{this, "arm", false, "A rising edge is a cycle start, which arms the stage."};
+    SourceRow offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::In<bool> clear{this, "clear", false, "Take the own offset back, and disarm."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
@@ -41,8 +39,8 @@ struct AxisOffset final : hal::Component {
                                    "Requested offset: axis.L.eoffset-request."};
     hal::In<double> offset_in_force{this, "offset-in-force", 0, "mu",
                                     "Offset that LinuxCNC applies: axis.L.eoffset."};
-    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about};
-    StagePermit permit{this, interlock};
+    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about, {"no"}};
+    StagePermit permit{this, interlock, true};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
     hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
     static constexpr hal::Range scales{1e-7, 0.1}, offsets{0, 1000}, rates{0, 10};
@@ -81,7 +79,6 @@ struct AxisOffset final : hal::Component {
                                 .follows_while(armed)
                                 .guest(guest.request)};
 
-    hal::Effects applies{this, hal::Effect::applies, enable};
     hal::Effects withholds{this, hal::Effect::withholds, clear};
     hal::Effects at_once{this, hal::Effect::at_once, offset, max_offset};
     hal::Effects in_no_cycle{this, hal::Effect::in_no_cycle, scale};
@@ -95,10 +92,11 @@ struct AxisOffset final : hal::Component {
         hal::SettingsReader setting;
         const Settings given{setting(scale), setting(max_offset), setting(max_rate)};
         if (setting.good()) settings_ = given;
-        const Permit its = permit.step(enable, arm);
+        const Permit its = permit.step();
         if (its.source != source_ && its.source != 0 && !enabled_) sources_.clear();
         source_ = its.source;
-        const bool good_sources = sources_.read(offset, largest, static_cast<std::size_t>(source_));
+        const bool good_sources =
+            sources_.read(StageSources<SourceRow>{offset, permit.trial()}, largest, source_);
         const bool on = motion_enabled, homed = all_homed, probing = motion_type == probe;
         const bool arms = arm_.rises(its.arm), taking_back = clear, clears = clear_.rises(taking_back);
         if (power_.rises(on)) forget();
@@ -128,7 +126,8 @@ struct AxisOffset final : hal::Component {
         applied_offset = ledger_.own_in_force();
         guest.show(ledger_.guest().request(), ledger_.guest_in_force(), settings_.scale);
         armed = state_ == State::armed;
-        in_force = any_in_force();
+        const bool forces = any_in_force();
+        in_force = forces;
         const bool at_limit = offset_limited;
         const bool ramps = moves_own() && hears && !probing && !at_limit &&
                            std::abs(target - ledger_.own_in_force()) > slack();
@@ -150,6 +149,7 @@ struct AxisOffset final : hal::Component {
         status = status_of({found != Fault::none, refused_, is_enabled, on, homed, taking_back,
                             state_ == State::armed, probing, falls_short, ramps, lacks,
                             wanted != 0 || own_in_force()});
+        permit.report({forces, ramps, lacks, refused_, found != Fault::none, falls_short});
     }
 
 private:
@@ -241,10 +241,10 @@ private:
 
     Settings settings_{};             // the last good ones
     double request_ = 0, force_ = 0;  // the last good ones
-    SourceSum<4> sources_;
+    SourceSum<StageSources<SourceRow>::number> sources_;
     OffsetLedger ledger_;
     OffsetCounter counter_;
-    std::int32_t source_ = 0;  // that alone acts, from 1
+    std::uint32_t source_ = 0;  // that alone acts, from 1
     bool enabled_ = false, held_ = false;
     State state_ = State::off;
     bool shifted_ = false;  // fault homed

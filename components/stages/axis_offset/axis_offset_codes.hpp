@@ -9,7 +9,7 @@ enum class Fault : std::int32_t { none, source, report, settings, lost, counts, 
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::source:
-            return "One of offset-0 to offset-3 is invalid or beyond 1000; its last good value is used.";
+            return "One of offset-0 to offset-3, or trial, is invalid or beyond 1000; its last good value is used.";
         case Fault::report:
             return "LinuxCNC's offset-request or offset-in-force is invalid or beyond 1000; the offset is "
                    "held.";
@@ -26,9 +26,8 @@ constexpr const char* sentence(Fault fault) {
             return "A change of guest-counts has no valid guest-scale, or asks for an offset beyond 1000; "
                    "the guest's offset is held.";
         case Fault::interlock:
-            return "No permit of interlock: it is not loaded, not called or has found a wrong order of "
-                   "functions, or "
-                   "permit or row is wrong; the offset is held.";
+            return "No permit comes from interlock, so the offset is held: net stage-permit of interlock to "
+                   "permit, and run plumb doctor --running.";
         default: return nullptr;
     }
 }

@@ -12,7 +12,6 @@
 #include "hal/thread_watch.hpp"
 #include "hal/wiring_list.hpp"
 
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
@@ -26,21 +25,21 @@ namespace plumb {
 // Functions and stages that did not pass plumb commission, or were wired again since, are held. A trial
 // permits one of them while somebody presses.
 struct Commissioning : hal::Group {
-    explicit Commissioning(hal::Component* owner)
-        : Group(owner), interlock_(hal::registrar(owner).instance()) {}
+    Commissioning(hal::Component* owner, std::size_t number_of_functions, std::size_t number_of_stages)
+        : Group(owner), functions(number_of_functions), stages(number_of_stages),
+          interlock_(hal::registrar(owner).instance()), function_identities_(functions),
+          stage_identities_(stages), sources_(functions * stages), permits_(stages) {}
 
-    template <class P>
-    using PerStage = NumberedRow<P, Stages::number>;
-    static constexpr std::size_t functions = Functions::number, stages = Stages::number;
+    const std::size_t functions, stages;  // their numbers
 
     hal::In<bool> required{
         this, "commissioning", false,
         "Hold each function and stage until it has passed plumb commission; false: none is held."};
-    hal::Row<hal::In<std::int32_t>, functions> function_passed{
-        this, "function-passed", 0,
+    NumberedRow<hal::In<std::int32_t>> function_passed{
+        this, functions, "function-passed", 0,
         "Identity with which the function passed plumb commission; 0: not yet. plumb-retain keeps it."};
-    PerStage<hal::In<std::int32_t>> stage_passed{
-        this, "stage-passed", 0,
+    NumberedRow<hal::In<std::int32_t>> stage_passed{
+        this, stages, "stage-passed", 0,
         "Identity with which the stage passed plumb commission; 0: not yet. plumb-retain keeps it."};
     hal::In<std::int32_t> trial_function{this, "trial-function", -1,
                                          "Number of the function that a trial permits, or -1."};
@@ -59,21 +58,20 @@ struct Commissioning : hal::Group {
         "Changes at least twice a second while somebody presses. If it stops, the machine goes off or the "
         "spindle turns, the trial is over: set both trial numbers to -1 before the next one."};
 
-    hal::Row<hal::Out<std::int32_t>, functions> function_identity{
-        this, "function-identity",
+    NumberedRow<hal::Out<std::int32_t>> function_identity{
+        this, functions, "function-identity",
         "Identity of the function: its signals, stages, unit, and the signs of its settings; 0: not known."};
-    PerStage<hal::Out<std::int32_t>> stage_identity{
-        this, "stage-identity", "Identity of the stage: its signals, joint, drive and unit; 0: not known."};
-    PerStage<hal::Out<bool>> stage_enable{this, "stage-enable",
-                                          "The stage may apply offsets, or is on trial: to its enable."};
-    PerStage<hal::Out<double>> stage_trial{this, "stage-trial", "mu",
-                                           "Offset of the trial: to a free source of the stage."};
-    PerStage<hal::Out<std::int32_t>> stage_permit{this, "stage-permit",
-                                                  "What the stage may do now: to its permit."};
+    NumberedRow<hal::Out<std::int32_t>> stage_identity{
+        this, stages, "stage-identity",
+        "Identity of the stage: its signals, joint, drive and unit; 0: not known."};
+    NumberedRow<hal::Out<std::uint32_t>> stage_permit{this, stages, "stage-permit",
+                                                      "What the stage may do: to its permit."};
+    hal::Out<double> trial{this, "trial", "mu",
+                           "Offset of the stage on trial: to the pin trial of each stage."};
 
     struct Now {
         bool machine_on, homed, program_running;
-        std::int32_t stages_in_force;  // as a sum
+        const Stages::Now& stages;
     };
 
     // Once in each period, before the functions; dt of the computer's clock.
@@ -92,19 +90,18 @@ struct Commissioning : hal::Group {
         const bool pressed = chosen && heard && !over_;
         const double most = std::abs(trial_limit), given = trial_offset;
         const bool moves = on && pressed && stands && now.machine_on && now.homed && !now.program_running &&
-                           possible(its_stage, stages) && std::abs(given) <= most &&
-                           source(its_stage, 0) != 0;
+                           possible(its_stage, stages) && std::abs(given) <= most;
         const bool acts = on && pressed && possible(its_function, functions);
         pressed_ = on && pressed;
         on_trial_ = acts ? 1 << its_function : 0;
-        const std::int32_t sources = moves ? 0 : its_function + 1;
+        trial = moves ? given : 0;
         const std::int32_t tried = moves               ? 1 << its_stage
-                                   : acts && !measures ? its_functions.stages_of(its_function)
+                                   : acts && !measures ? its_functions.stages_of(static_cast<std::size_t>(its_function))
                                                        : 0;
         // The stage of an axis takes its offset back while it is armed.
         tried_ = tried != 0 ? tried : tried_;
         resting_ = tried != 0 ? 0 : std::min(resting_ + dt, longest_return);
-        if (tried == 0 && ((now.stages_in_force & tried_) == 0 || resting_ >= longest_return)) tried_ = 0;
+        if (tried == 0 && ((now.stages.in_force & tried_) == 0 || resting_ >= longest_return)) tried_ = 0;
         held_stages_ = 0;
         for (std::size_t i = 0; i < stages; ++i) {
             const std::int32_t identity = stage_identities_[i].load(std::memory_order_relaxed);
@@ -113,10 +110,13 @@ struct Commissioning : hal::Group {
                        pressed_here = moves && (tried >> i & 1) != 0;
             held_stages_ |= held ? 1 << i : 0;
             stage_identity[i] = identity;
-            stage_enable[i] = !held || pressed_here;
-            stage_trial[i] = pressed_here ? given : 0;
-            const std::int32_t only = (tried >> i & 1) != 0 ? source(i, sources) : 0;
-            permits_[i] = {!held || pressed_here, (tried_ >> i & 1) != 0, pressed_ && only == 0, only};
+            std::uint32_t only = 0;
+            if ((tried >> i & 1) != 0)
+                only = moves ? Permit::of_trial : source(i, static_cast<std::size_t>(its_function));
+            const bool unheard = (now.stages.unheard >> i & 1) != 0,
+                       silent = (now.stages.silent >> i & 1) != 0;
+            permits_[i] = {(!held || pressed_here) && !unheard, (tried_ >> i & 1) != 0,
+                           (pressed_ && only == 0) || silent, only};
         }
 
         held_functions_ = 0;
@@ -135,12 +135,14 @@ struct Commissioning : hal::Group {
 
     // At the end of each period: the words to the stages. `armed` is a cycle that runs; one in which somebody
     // presses arms the stages on trial alone.
-    void permit(std::int32_t beat, bool armed) noexcept {
+    void permit(std::uint32_t beat, bool armed) noexcept {
         trial_cycle_ = armed && (trial_cycle_ || pressed_);
         for (std::size_t i = 0; i < stages; ++i) {
             Permit its = permits_[i];
             its.arm |= armed && !trial_cycle_;
-            stage_permit[i] = PermitWord::of(static_cast<std::int32_t>(i), beat, its);
+            stage_permit[i] =
+                hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
+                                 static_cast<std::uint32_t>(i), beat, its.content());
         }
     }
 
@@ -169,8 +171,8 @@ struct Commissioning : hal::Group {
         const WiringIdentity identity(*wiring, interlock_, unit(), modules);
         for (std::size_t i = 0; i < stages; ++i) {
             stage_identities_[i] = identity.of_stage(i);
-            sources_[i][0] = identity.source_of(i, std::nullopt) + 1;
-            for (std::size_t k = 0; k < functions; ++k) sources_[i][k + 1] = identity.source_of(i, k) + 1;
+            for (std::size_t k = 0; k < functions; ++k)
+                sources_[i * functions + k] = static_cast<std::uint32_t>(identity.source_of(i, k) + 1);
         }
         for (std::size_t i = 0; i < functions; ++i)
             function_identities_[i] = identity.of_function(i, stages_of(*wiring, i));
@@ -184,10 +186,9 @@ private:
         return number >= 0 && static_cast<std::size_t>(number) < rows;
     }
 
-    // Of a stage, from 1: for its own trial (0), or for that of a function by its number from 1. 0: there is
-    // none.
-    std::int32_t source(std::size_t stage, std::int32_t trial) const noexcept {
-        return sources_[stage][static_cast<std::size_t>(trial)].load(std::memory_order_relaxed);
+    // Of a stage, from 1, for the trial of a function. 0: there is none.
+    std::uint32_t source(std::size_t stage, std::size_t function) const noexcept {
+        return sources_[stage * functions + function].load(std::memory_order_relaxed);
     }
 
     static std::string unit() {
@@ -209,10 +210,9 @@ private:
     }
 
     const std::string interlock_;
-    std::array<std::atomic<std::int32_t>, functions> function_identities_{};
-    std::array<std::atomic<std::int32_t>, stages> stage_identities_{};
-    std::array<std::array<std::atomic<std::int32_t>, functions + 1>, stages> sources_{};
-    std::array<Permit, stages> permits_{};
+    std::vector<std::atomic<std::int32_t>> function_identities_, stage_identities_;
+    std::vector<std::atomic<std::uint32_t>> sources_;
+    std::vector<Permit> permits_;
     std::atomic<bool> asked_{false};
     int wait_ = 0;
     bool beat_ = false, pressed_ = false, trial_cycle_ = false, begun_ = false, over_ = false;  // of a trial

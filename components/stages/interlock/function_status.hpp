@@ -16,6 +16,8 @@ struct FunctionSeen {
     bool enabled = false, lost = false;                 // as the pins
     std::int32_t lost_services = 0, late_services = 0;  // of those that it needs
     bool machine_on = false, homed = false, in_order = true;
+    bool silent = false;             // its state does not come
+    std::int32_t silent_stages = 0;  // of its own: those whose state does not come
     std::int32_t stages_with_fault = 0, stages_that_lack = 0, stages_limited = 0;  // of its own
 };
 
@@ -39,6 +41,8 @@ constexpr hal::Common status_of(const FunctionSeen& its) {
     if (its.late_services) return hal::of_service(Common::late, first_number(its.late_services));
     if (its.lost) return Common::renew;
     if (!its.in_order) return Common::order;
+    if (its.silent) return Common::unpermitted;
+    if (its.silent_stages && !its.enabled) return Common::stage_fault;
     if (its.suspended && !its.enabled) return Common::suspended;
     if (!its.machine_on) return Common::machine_off;
     if (!its.homed) return Common::not_homed;

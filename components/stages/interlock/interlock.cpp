@@ -13,10 +13,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 namespace plumb {
 
-enum class Fault : std::int32_t { none, time, services, operation, order };
+enum class Fault : std::int32_t { none, time, services, operation, order, silent };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::time:
@@ -29,6 +31,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::order:
             return "A function of Plumb is in a wrong place of its thread, or in none: run plumb doctor "
                    "--running; no cycle is armed, and offsets are held as soon as no function is busy.";
+        case Fault::silent:
+            return "A stage or a function is not heard: net its state to stage-state or function-state of its "
+                   "row, and the permit of that row to it; silent-row gives the row.";
         case Fault::operation: return "The operation-key is invalid or beyond 2147483647; operation is 0.";
         default: return nullptr;
     }
@@ -55,10 +60,15 @@ struct Interlock final : hal::Component {
         this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
     hal::In<double> operation_key{this, "operation-key", 0, "1",
                                   "Key of the operation, which the program sets by M68."};
+    hal::Option<int> number_of_functions{this, "functions", 1,
+                                         "Number of functions, 1 to 16: the rows function-...-N.", {"16"}};
+    hal::Option<int> number_of_stages{this, "stages", 1,
+                                      "Number of stages, 1 to 17: the rows stage-...-N.", {"17"}};
     Services services{this};
-    Functions functions{this};
-    Stages stages{this};
-    Commissioning commissioning{this};
+    Functions functions{this, rows("functions", number_of_functions, Functions::most),
+                        rows("stages", number_of_stages, Stages::most)};
+    Stages stages{this, rows("stages", number_of_stages, Stages::most)};
+    Commissioning commissioning{this, functions.number(), stages.number()};
     hal::In<double> uncompensated_delay{
         this, "uncompensated-delay", 2, "s",
         "Time for which an axis lacks its offset before uncompensated is true."};
@@ -67,9 +77,8 @@ struct Interlock final : hal::Component {
     hal::In<double> feed_held_delay{this, "feed-held-delay", 5, "s",
                                     "Time for which the feed is held before feed-held is true."};
 
-    hal::Out<std::int32_t> heartbeat{this, "heartbeat", "Counts the periods: to heartbeat of the stages."};
-    hal::Out<bool> arm{this, "arm",
-                       "A cycle runs in which offsets may be applied; the rising edge arms the stages."};
+    hal::Out<std::int32_t> heartbeat{this, "heartbeat", "Counts the periods."};
+    hal::Out<bool> arm{this, "arm", "A cycle runs in which offsets may be applied."};
     hal::Out<bool> ramping{this, "ramping", "A function or a stage is still ramping to its target."};
     hal::Out<bool> homing_inhibit{
         this, "homing-inhibit",
@@ -83,6 +92,9 @@ struct Interlock final : hal::Component {
                                  "An axis has lacked its offset for uncompensated-delay."};
     hal::Out<std::int32_t> uncompensated_stage{
         this, "uncompensated-stage", "Number of the first stage whose axis lacks its offset, or -1."};
+    hal::Out<std::int32_t> silent_row{
+        this, "silent-row",
+        "Number of the first stage that is not heard, or 100 and that of the first function; -1: none."};
     hal::Out<bool> probing_refused{this, "probing-refused",
                                    "A probing move was refused; true for probing-refused-time."};
     hal::Out<bool> hold_defeated{
@@ -135,11 +147,11 @@ struct Interlock final : hal::Component {
         const bool running = program_running;
         const bool cuts = running && type != rapid && type != tool_change;
         const Stages::Now its_stages = stages.read();
-        commissioning.step({on, homed, running || cycle, its_stages.in_force}, functions,
-                           dt / services.speed());
+        commissioning.step({on, homed, running || cycle, its_stages}, functions, dt / services.speed());
         const bool good_needs =
-            functions.step(services, {starts, probing, cuts, commissioning.held_functions(),
-                                      commissioning.held_stages(), commissioning.tried_functions()}) &&
+            functions.step(services, {starts, probing, cuts, running, its_stages.silent,
+                                      commissioning.held_functions(), commissioning.held_stages(),
+                                      commissioning.tried_functions()}) &&
             good_feed_needs;
         const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
         // Task may take a move for done that has not begun: motion knows better.
@@ -150,14 +162,19 @@ struct Interlock final : hal::Component {
                                         services.lost_of(holding | functions.urgent_services())},
                                        its_stages, dt);
         waiting = reason;
-        functions.show_status(services, its_stages, {on, homed, in_order});
-
-        if (!holds_) beats_ = (beats_ + 1) & std::numeric_limits<std::int32_t>::max();
-        heartbeat = beats_;
+        if (!holds_) ++beats_;
+        heartbeat = static_cast<std::int32_t>(beats_ & 0x7FFFFFFFU);
+        functions.show_status(services, its_stages, {on, homed, in_order}, beats_);
         commissioning.permit(beats_, armed_);
         arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
+        const std::int32_t silent_function = functions.first_silent();
+        const std::int32_t silent = its_stages.silent       ? first_number(its_stages.silent)
+                                    : silent_function >= 0 ? 100 + silent_function
+                                                           : -1;
+        silent_row = silent;
         const Fault found = hal::first<Fault>({{!in_order, Fault::order},
+                                               {silent >= 0, Fault::silent},
                                                {!good_times, Fault::time},
                                                {!good_needs, Fault::services},
                                                {!known_key, Fault::operation}});
@@ -192,6 +209,13 @@ private:
         }
     };
 
+    static std::size_t rows(const char* option, int given, std::size_t most) {
+        if (given < 1 || given > static_cast<int>(most))
+            throw std::invalid_argument(std::string(option) + "=" + std::to_string(given) + ": give 1 to " +
+                                        std::to_string(most));
+        return static_cast<std::size_t>(given);
+    }
+
     struct State {
         bool probing, cuts, running, homed, loss, moving;
         std::int32_t lost_services;  // of those that hold the feed
@@ -200,12 +224,12 @@ private:
     // Returns what the machine waits for.
     Waiting request(const State& state, const Stages::Now& its, double dt) noexcept {
         const auto& [probing, cuts, running, homed, loss, moving, lost_services] = state;
-        const bool function_ramps = any(functions.ramping), ramps = its.ramping != 0 || function_ramps;
+        const bool ramps = its.ramping != 0 || functions.any_ramping();
         const std::int32_t lacking = its.uncompensated ? first_number(its.uncompensated) : -1;
         if (functions.changed() || armed_ != was_armed_) announced_ = answer_in;
         was_armed_ = armed_;
         returns_ = (returns_ || functions.any_left()) && running && (ramps || announced_ > 0);
-        const bool settles = any(functions.settling) || (returns_ && cuts);
+        const bool settles = functions.any_settling() || (returns_ && cuts);
         const bool refused = its.probing_refused != 0,
                    waits = settles || refused || loss || (probing && ramps);
 
@@ -242,7 +266,7 @@ private:
     bool stood_ = false;    // the path, since feed-inhibit
     bool holds_ = false;    // all offsets, because the order is wrong
     bool returns_ = false;  // an offset that was switched off in a program
-    std::int32_t beats_ = 0;
+    std::uint32_t beats_ = 0;
     bool cycle_ = true;  // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;
     int announced_ = 0;  // periods in which ramping is true without a ramp

@@ -4,30 +4,25 @@
 #include "hal/pin.hpp"
 
 #include <cstddef>
+#include <deque>
 #include <string>
-#include <utility>
 
 namespace plumb {
 
-// As hal::Row, but numbered without a leading 0: so the first ten keep their names when there are more.
-template <class P, std::size_t N>
+// As hal::Row, for a number that is known at load, and without a leading 0: STEM-0 to STEM-16.
+template <class P>
 class NumberedRow {
 public:
     template <class... Rest>
-    NumberedRow(hal::Owner owner, const std::string& stem, const Rest&... rest)
-        : NumberedRow(std::make_index_sequence<N>{}, owner, stem, rest...) {}
+    NumberedRow(hal::Owner owner, std::size_t number, const std::string& stem, const Rest&... rest) {
+        for (std::size_t i = 0; i < number; ++i)
+            pins_.emplace_back(owner, stem + "-" + std::to_string(i), rest...);
+    }
 
     P& operator[](std::size_t i) noexcept { return pins_[i]; }
-    P* begin() noexcept { return pins_; }
-    P* end() noexcept { return pins_ + N; }
 
 private:
-    template <std::size_t... I, class... Rest>
-    NumberedRow(std::index_sequence<I...> /*numbers*/, hal::Owner owner, const std::string& stem,
-                const Rest&... rest)
-        : pins_{P(owner, stem + "-" + std::to_string(I), rest...)...} {}
-
-    P pins_[N];
+    std::deque<P> pins_;
 };
 
 }  // namespace plumb

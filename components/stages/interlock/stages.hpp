@@ -2,52 +2,52 @@
 #pragma once
 
 #include "components/stages/interlock/numbered_row.hpp"
+#include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace plumb {
 
-// The stages that bring offsets into the axes, as they report it.
-struct Stages : hal::Group {
-    static constexpr std::size_t number = 17;  // a joint each, and an axis
+// The stages that bring offsets into the axes, as their states say it.
+class Stages : hal::Group {
+public:
+    static constexpr std::size_t most = 17;  // a joint each, and an axis
 
-    using Row = NumberedRow<hal::In<bool>, number>;
+    Stages(hal::Owner owner, std::size_t number)
+        : Group(owner),
+          state_{this, number, "stage-state", 0U, "What the stage does: from its state."} {
+        for (std::size_t i = 0; i < number; ++i)
+            heard_.emplace_back(hal::Party::stage, hal::Direction::to_interlock,
+                                static_cast<std::uint32_t>(i));
+    }
 
-    using Group::Group;
+    std::size_t number() const noexcept { return heard_.size(); }
 
-    Row in_force{this, "stage-in-force", false, "The stage has an offset in force."};
-    Row ramping{this, "stage-ramping", false, "The offset of the stage is still changing."};
-    Row uncompensated{this, "stage-uncompensated", false, "The axis of the stage lacks its offset."};
-    Row probing_refused{this, "stage-probing-refused", false,
-                        "A probing move began with an offset in force, which its result would contain."};
-    Row fault{this, "stage-fault", false, "The stage has a fault."};
-    Row limited{this, "stage-limited", false, "A limit prevents the full offset of the stage."};
-
-    // Of a period, as sums of 1, 2, 4, ...
+    // Of a period, as sums of 1, 2, 4, ... A stage that is silent has a fault, and what it said last stays.
     struct Now {
         std::int32_t in_force, ramping, uncompensated, probing_refused, fault, limited;
+        std::int32_t silent, unheard;  // of those with a fault: that do not beat, and never did
     };
 
     Now read() noexcept {
-        return {sum_of(in_force),        sum_of(ramping), sum_of(uncompensated),
-                sum_of(probing_refused), sum_of(fault),   sum_of(limited)};
+        std::int32_t sums[StageState::bits]{}, silent = 0, unheard = 0;
+        for (std::size_t i = 0; i < heard_.size(); ++i) {
+            hal::BusListener& heard = heard_[i];
+            heard.step(state_[i]);
+            const std::uint32_t content = heard.content();
+            for (int bit = 0; bit < StageState::bits; ++bit) sums[bit] |= (content >> bit & 1) << i;
+            silent |= heard.alive() ? 0 : 1 << i;
+            unheard |= heard.heard() ? 0 : 1 << i;
+        }
+        return {sums[0], sums[1], sums[2], sums[3], sums[4] | silent, sums[5], silent, unheard};
     }
 
 private:
-    static std::int32_t sum_of(Row& bits) noexcept {
-        std::int32_t sum = 0;
-        for (std::size_t i = 0; i < number; ++i) sum |= bits[i] ? 1 << i : 0;
-        return sum;
-    }
+    NumberedRow<hal::In<std::uint32_t>> state_;
+    std::vector<hal::BusListener> heard_;
 };
-
-// Whether one of the bits is true; each is read.
-template <class Row>
-bool any(Row& bits) noexcept {
-    return std::count(bits.begin(), bits.end(), true) > 0;
-}
 
 }  // namespace plumb

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <functional>
 #include <map>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -39,13 +38,13 @@ public:
 
     // 0 where the pin of interlock has no stage or function.
     std::int32_t of_stage(std::size_t number) const {
-        const std::string name = writer_of("stage-fault-" + std::to_string(number));
+        const std::string name = writer_of("stage-state-" + std::to_string(number));
         return name.empty() ? 0 : number_of(stage_lines(name));
     }
 
     // `stages`: the numbers of those that take its offset.
     std::int32_t of_function(std::size_t number, const std::vector<std::size_t>& stages) const {
-        const std::string name = reader_of("function-status-" + std::to_string(number));
+        const std::string name = reader_of("function-permit-" + std::to_string(number));
         if (name.empty()) return 0;
         Lines lines{unit_, name + " " + modules_.options(name)};
         for (const hal::WiredPin& pin : list_.pins) {
@@ -65,17 +64,15 @@ public:
         return number_of(lines);
     }
 
-    // The source of stage `number` that a trial of function `function` moves, or, without a function, the
-    // trial of the stage itself; -1 where there is none.
-    std::int32_t source_of(std::size_t number, std::optional<std::size_t> function) const {
-        const std::string stage = writer_of("stage-fault-" + std::to_string(number));
-        const std::string own = interlock_ + ".stage-trial-" + std::to_string(number);
-        const std::string its = function ? reader_of("function-status-" + std::to_string(*function)) : "";
-        if (stage.empty() || (function && its.empty())) return -1;
+    // The source of stage `number` that is the offset of function `function`; -1 where there is none.
+    std::int32_t source_of(std::size_t number, std::size_t function) const {
+        const std::string stage = writer_of("stage-state-" + std::to_string(number));
+        const std::string its = reader_of("function-permit-" + std::to_string(function));
+        if (stage.empty() || its.empty()) return -1;
         for (const hal::WiredPin& pin : list_.pins) {
             if (pin.signal.empty() || instance_of(pin.name) != stage || !is_source(pin.name)) continue;
             for (const hal::WiredPin* other : signals_.at(pin.signal))
-                if (other->writes && (function ? instance_of(other->name) == its : other->name == own))
+                if (other->writes && instance_of(other->name) == its)
                     return std::stoi(pin.name.substr(pin.name.rfind('-') + 1));
         }
         return -1;
@@ -93,6 +90,10 @@ private:
 
     static bool is_source(const std::string& pin) { return pin.find(".offset-") != std::string::npos; }
 
+    static bool ends_with(const std::string& text, const std::string& end) {
+        return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+    }
+
     static const char* sign_of(double value) { return value > 0 ? "+" : value < 0 ? "-" : "0"; }
 
     // The instance at the other end of the signal at a pin of interlock.
@@ -105,7 +106,7 @@ private:
         if (own == list_.pins.end() || own->signal.empty()) return "";
         for (const hal::WiredPin* other : signals_.at(own->signal)) {
             const bool is_end =
-                writes ? other->writes : other->name.find(".interlock-status") != std::string::npos;
+                writes ? other->writes : ends_with(other->name, ".permit");
             if (is_end && other->name != whole) return instance_of(other->name);
         }
         return "";

@@ -31,12 +31,11 @@ struct JointOffset final : hal::Component {
 
     hal::LengthUnit unit{this};
 
-    hal::In<bool> enable{this, "enable", true, "Apply the offset; false: it returns to 0."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
-    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about};
-    StagePermit permit{this, interlock};
-    hal::Row<hal::In<double>, 4> offset{this, "offset", 0, "mu", "Offset from one of the sources."};
+    hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about, {"no"}};
+    StagePermit permit{this, interlock, false};
+    SourceRow offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::Row<hal::In<bool>, 4> release_at_off{
         this, "release-at-off", false,
         "Machine off makes the offset of this source part of the position of the joint: for a stroke."};
@@ -86,7 +85,6 @@ struct JointOffset final : hal::Component {
                                 .acceleration(offset_acceleration)
                                 .motion(joint_command, 1)};
 
-    hal::Effects applies{this, hal::Effect::applies, enable};
     hal::Effects at_once{
         this, hal::Effect::at_once, offset, min_limit, max_limit, joint_acceleration, offset_acceleration};
     hal::Effects in_no_cycle{this, hal::Effect::in_no_cycle, release_at_off};
@@ -116,11 +114,11 @@ struct JointOffset final : hal::Component {
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
-        const Permit its = permit.step(enable, false);
+        const Permit its = permit.step();
         if (source_ == 0 && its.source != 0 && !active_) sources_.clear();  // a trial begins
-        const auto only = static_cast<std::size_t>(its.source), last = static_cast<std::size_t>(source_);
+        const std::size_t only = its.source, last = source_;
         const double others = sources_.without(last);
-        const bool good_sources = sources_.read(offset, largest, only);
+        const bool good_sources = sources_.read(Sources{offset, permit.trial()}, largest, only);
         const bool returns =
             last != only && std::abs(sources_.without(last) - others) > slack;  // to other sources
         source_ = its.source;
@@ -156,8 +154,9 @@ struct JointOffset final : hal::Component {
         const double velocity = joint_velocity;
         drive_velocity = (within(velocity, farthest) ? velocity : 0) + (applied_.value() - before) / dt;
         applied_offset = applied_.value();
-        ramping = applied_.ramping();
-        inhibit_homing = in_force();
+        const bool ramps = applied_.ramping(), forces = in_force();
+        ramping = ramps;
+        inhibit_homing = forces;
         show_release();
         const bool falls_short =
             !holding && (release_.ignores() || wanted != possible || applied_.falls_short(possible));
@@ -173,14 +172,18 @@ struct JointOffset final : hal::Component {
                                                {stroking && (!is_homed || shifted), Fault::unhomed},
                                                {on && release_.ignores(), Fault::unreleased}});
         fault = found;
-        status = status_of({found != Fault::none, is_enabled, on, is_homed, falls_short, applied_.ramping(),
-                            sums.all != 0 || in_force()});
+        status = status_of({found != Fault::none, is_enabled, on, is_homed, falls_short, ramps,
+                            sums.all != 0 || forces});
+        permit.report({forces, ramps, false, false, found != Fault::none, falls_short});
     }
 
 private:
     static constexpr double largest = 1e3;                    // mu, of an offset
     static constexpr double farthest = SoftLimits::farthest;  // mu, of a position
     static constexpr double slack = TaperedOffset::slack;
+
+    using Sources = StageSources<SourceRow>;
+    using Release = OffsetRelease<Sources::number>;
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -196,19 +199,20 @@ private:
         return knew && knows_place_;
     }
 
-    OffsetRelease<4>::Which read_release() noexcept {
-        OffsetRelease<4>::Which which{};
-        for (std::size_t i = 0; i < which.size(); ++i) which[i] = release_at_off[i];
+    Release::Which read_release() noexcept {
+        Release::Which which{};  // never a trial
+        std::size_t i = 0;
+        for (const auto& pin : release_at_off) which[i++] = pin;
         return which;
     }
 
     void show_release() noexcept { released = !release_.any() ? -1 : release_.released() ? 1 : 0; }
 
     TaperedOffset applied_{{}};  // the last command contains it
-    SourceSum<4> sources_;
-    OffsetRelease<4> release_;
+    SourceSum<Sources::number> sources_;
+    Release release_;
     JointOrigin origin_;
-    std::int32_t source_ = 0;                                               // that alone acts, from 1
+    std::uint32_t source_ = 0;                                              // that alone acts, from 1
     double position_ = 0, last_position_ = 0, command_ = 0, feedback_ = 0;  // the last good values
     bool active_ = false, holding_ = false, permitted_ = true;
     bool good_feedback_ = true, knows_place_ = true;

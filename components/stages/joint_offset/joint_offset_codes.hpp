@@ -21,7 +21,7 @@ enum class Fault : std::int32_t {
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
         case Fault::source:
-            return "One of offset-0 to offset-3 is invalid or beyond 1000; its last good value is used.";
+            return "One of offset-0 to offset-3, or trial, is invalid or beyond 1000; its last good value is used.";
         case Fault::position:
             return "The joint-command or position is invalid or beyond 1e9; its last good value is used.";
         case Fault::feedback:
@@ -37,9 +37,8 @@ constexpr const char* sentence(Fault fault) {
         case Fault::origin:
             return "The origin was set with an offset in force; unhome the joint and home it again.";
         case Fault::interlock:
-            return "No permit of interlock: it is not loaded, not called or has found a wrong order of "
-                   "functions, or "
-                   "permit or row is wrong; the offset is held.";
+            return "No permit comes from interlock, so the offset is held: net stage-permit of interlock to "
+                   "permit, and run plumb doctor --running.";
         case Fault::bound:
             return "The max-offset is below the present offset; the last good one stays in force until the "
                    "offset is within the new one.";

@@ -68,7 +68,7 @@ def work(folder, seed, settings, law, duration, progress):
     with plumb.Host() as host:
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
         host.command("loadrt sim_artifact names=artifact")
-        host.command("loadrt axis_growth names=axis-growth")
+        host.command("loadrt axis_growth names=axis-growth interlock=no")
         host.set("artifact.seed", seed)
         for name, value in settings.items():
             host.set(name, value)

@@ -16,7 +16,7 @@ import numpy as np
 from support.lathe_machine import METHODS, UM, WORKS
 from support.recordings import read_columns, write_rows
 
-CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre", "addf centre.update servo-thread", "start")
+CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre interlock=no", "addf centre.update servo-thread", "start")
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault-code", "hold-code", "verdict-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
@@ -144,7 +144,7 @@ class Operator:
                 "land-step": work.step,
                 "land-diameter": work.diameter,
                 "x-is-radius": True,
-                "automatic": True,
+                "enable": True,
                 "pass-depth": 0 if its.plan == 1 else work.pass_depth,
                 "tolerance": work.tolerance,
                 "largest-burr": 0.04 if case.burrs else 0,

@@ -125,7 +125,7 @@ def simulate(seed, progress):
         options += [word for table in tables for word in ("--table", table)]
         stated = program("plumb-volume", "uncertainty", "--chain", CHAIN, "--box", box, "--tool", f"T1=0,0,{-TOOL}", "--json", *options)
         host = stack.enter_context(plumb.Host(options={"squareness.chain": CHAIN, "squareness.table": ":".join(tables)}))
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt squareness names=square", "addf square.update servo-thread", "start"):
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt squareness names=square interlock=no", "addf square.update servo-thread", "start"):
             host.command(line)
         pins = {"max-speed": 1e5, "max-rate": 10, "enable": True, "all-homed": True, "z-tool-offset": TOOL}
         pins.update({name.lower(): angle for name, (angle, _) in tilts.items()})

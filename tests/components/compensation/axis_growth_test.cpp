@@ -22,7 +22,7 @@ void bring_to_life(Bench& bench) {
     const Folder folder;
     bench.source(folder.write("live.hal", R"(
 loadrt threads name1=servo-thread period1=1000000
-loadrt axis_growth names=axis-growth
+loadrt axis_growth names=axis-growth interlock=no
 loadrt siggen names=warmth
 setp warmth.frequency 0.5
 setp warmth.amplitude 5
@@ -73,7 +73,7 @@ const Live live{{{"axis_growth", "axis-growth"}},
 // Homed, enabled, at once certain, and fast, so that a test need not wait.
 struct Machine {
     explicit Machine(const std::string& options = "") {
-        bench.command("loadrt axis_growth names=g " + options);
+        bench.command("loadrt axis_growth names=g interlock=no " + options);
         bench.command("addf g.update servo-thread");
         bench.command("start");
         set({{"all-homed", 1},

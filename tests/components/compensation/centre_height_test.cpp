@@ -34,10 +34,10 @@ struct Lathe {
 class CentreHeight : public testing::Test {
 protected:
     CentreHeight() : bench(Bench::Thread::servo, with_specimens(true)) {
-        bench.command("loadrt centre_height names=centre");
+        bench.command("loadrt centre_height names=centre interlock=no");
         bench.command("addf centre.update servo-thread");
         set("gauge-sigma", 0.0003);
-        set("automatic", 1);
+        set("enable", 1);
         set("land-step", 1);
     }
     ~CentreHeight() override {
@@ -592,11 +592,11 @@ TEST_F(CentreHeight, HeightIsValidButHeldForAReason) {
     };
     lands();
     EXPECT_EQ(get("hold"), 0);
-    set("automatic", 0);
+    set("enable", 0);
     lands();
     expect_held(1);
     EXPECT_NEAR(get("y-move"), -0.035, 1e-9) << "to be moved by hand";
-    set("automatic", 1);
+    set("enable", 1);
     set("max-sigma", 0.001);
     lands();
     expect_held(4);
@@ -1087,10 +1087,10 @@ TEST_F(CloseToCentre, YAndXAreTwoAnswers) {
     cut_lands({0.05, 0.05});
     expect_verdict(both);
     EXPECT_NEAR(get("x-correction"), -0.05, 1e-6);
-    set("automatic", 0);
+    set("enable", 0);
     pulse("compute");
     expect_verdict(held);
-    set("automatic", 1);
+    set("enable", 1);
     set("x-is-radius", 0);
     cut_lands({0.05, 0});
     expect_verdict(on_centre);

@@ -263,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(Strokes, ChoppingSettingsAttack,
 
 TEST(ChoppingSettingsAttack, LeavesOutNoSetting) {
     Bench bench;
-    bench.command("loadrt chopping names=chop");
+    bench.command("loadrt chopping names=chop interlock=no");
     int count = 0;
     for (const auto& [name, wired] : wiring(bench)) {
         const std::string pin = name.substr(name.find('.') + 1);

@@ -204,7 +204,7 @@ TEST_F(Chopping, WithoutAValidFeedbackTheMeasuredPhaseStands) {
 
 TEST(ChoppingInstances, TwoStrokeEachForItself) {
     Bench bench;
-    bench.command("loadrt chopping names=wheel,table");
+    bench.command("loadrt chopping names=wheel,table interlock=no");
     bench.command("loadrt sim_grinder names=z,w");
     const auto set = [&](const std::string& name, const std::string& pin, double value) {
         bench.set(name + "." + pin, value);

@@ -46,7 +46,7 @@ Path pocket(std::size_t a = 0, std::size_t b = 1) {
 // Two of them on one path; the other one knows no contour, so the difference is the part of the radius.
 struct Contouring {
     explicit Contouring(const std::string& chain = column_chain) : bench(Bench::Thread::servo) {
-        bench.command("loadrt squareness names=square,other " + chain + "," + chain.substr(6));
+        bench.command("loadrt squareness names=square,other interlock=no " + chain + "," + chain.substr(6));
         bench.command("loadrt joint_offset names=x-stage,y-stage,z-stage interlock=no");
         for (const char* it : {"square", "other"})
             bench.command(std::string("addf ") + it + ".update servo-thread");

@@ -71,7 +71,7 @@ TEST(SquarenessRamp, DisabledAndUnhomedIsZero) {
 // A second one beside it knows the tool from the start: the difference is the ramp alone.
 TEST(SquarenessRamp, MotionIsFollowedWithoutLagMeanwhile) {
     Bench bench;
-    bench.command("loadrt squareness names=square,other chain=w-X.b-W-Y-Z-C-t,w-X.b-W-Y-Z-C-t");
+    bench.command("loadrt squareness names=square,other interlock=no chain=w-X.b-W-Y-Z-C-t,w-X.b-W-Y-Z-C-t");
     bench.command("loadrt siggen names=wave");
     bench.command("addf wave.update servo-thread");
     bench.command("setp wave.frequency 0.2");
@@ -250,7 +250,7 @@ TEST(SquarenessRamp, PositionThatJumpsIsRamped) {
 // Without the speed of the axes, a rapid looks the same as a position that jumps.
 TEST(SquarenessRamp, MaxSpeedThatIsNotSetIsAFaultAndNothingIsCorrected) {
     Bench bench;
-    bench.command(std::string("loadrt squareness names=square ") + column_chain);
+    bench.command(std::string("loadrt squareness names=square interlock=no ") + column_chain);
     bench.command("addf square.update servo-thread");
     for (const auto& [pin, value] : Square::Values{
              {"all-homed", 1}, {"enable", 1}, {"ec0y", 100 * urad}, {"y-position", 300}, {"max-rate", 10}})

@@ -21,7 +21,7 @@ void bring_to_life(Bench& bench) {
     const Folder folder;
     bench.source(folder.write("live.hal", R"(
 loadrt threads name1=servo-thread period1=1000000
-loadrt squareness names=square chain=w-X.b-W-Y-Z-C-t
+loadrt squareness names=square interlock=no chain=w-X.b-W-Y-Z-C-t
 loadrt siggen names=tools
 setp tools.frequency 0.5
 setp tools.amplitude 50
@@ -288,7 +288,7 @@ TEST(Squareness, InchMachineIsTheSameMachine) {
 
 TEST(Squareness, InstancesHaveTheirOwnChains) {
     Bench bench;
-    bench.command("loadrt squareness names=a,b chain=w-Z.b-X-Y-C-t,b-W-Y-Z-C-t");
+    bench.command("loadrt squareness names=a,b interlock=no chain=w-Z.b-X-Y-C-t,b-W-Y-Z-C-t");
     for (const std::string it : {"a", "b"}) {
         bench.command("addf " + it + ".update servo-thread");
         for (const char* pin : {".enable", ".all-homed"}) bench.set(it + pin, 1);

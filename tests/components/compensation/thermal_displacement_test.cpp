@@ -33,7 +33,7 @@ struct Mill {
         milling.unit = unit;
         milling.dt = 0.004;  // of the rows that are replayed
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
-        bench.command(std::string("loadrt thermal_displacement names=z") + (unit != 1 ? " unit=inch" : ""));
+        bench.command(std::string("loadrt thermal_displacement names=z interlock=no") + (unit != 1 ? " unit=inch" : ""));
         bench.command("addf z.update servo-thread");
         bench.command("start");
         set("enable", 1);

@@ -20,7 +20,7 @@ struct ThermalGrowthTest : testing::Test {
 
     ThermalGrowthTest() {
         bench.command("loadrt threads name1=servo-thread period1=100000000");
-        bench.command("loadrt thermal_growth_test names=it");
+        bench.command("loadrt thermal_growth_test names=it interlock=no");
         bench.command("addf it.update servo-thread");
         bench.command("start");
         bench.set("it.sensors", 2);

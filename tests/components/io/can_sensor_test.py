@@ -352,7 +352,7 @@ class Bus(unittest.TestCase):
         self.addCleanup(patched.stop)
         self.host = plumb.Host(namespaces=False)
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt sum2 names=load-reading", "net spindle-load load-reading.out", "loadrt thermal_displacement names=growth",
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt sum2 names=load-reading", "net spindle-load load-reading.out", "loadrt thermal_displacement names=growth interlock=no",
                      "loadrt interlock names=interlock", "addf interlock.update servo-thread"):
             self.host.command(line)
         self.host.load(os.path.join(mill, "sensors.hal"))

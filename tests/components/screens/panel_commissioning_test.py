@@ -15,21 +15,19 @@ STAGES = [line for number, axis in enumerate("xy") for line in (
     "net %s-cmd %s-stage.drive-command %s-drive.in" % (axis, axis, axis), "net %s-fb %s-drive.out %s-stage.drive-feedback" % (axis, axis, axis),
     "net %s-place %s-joint.out %s-stage.position %s-stage.joint-command square.%s-position" % (axis, axis, axis, axis, axis),
     "net %s-joint-fb %s-stage.joint-feedback %s-joint.in" % (axis, axis, axis), "net on %s-stage.motion-enabled" % axis,
-    "net homed %s-stage.homed" % axis, "net %s-permit interlock.stage-permit-%d %s-stage.permit" % (axis, number, axis), "setp %s-stage.row %d" % (axis, number), "net %s-correction square.%s-correction %s-stage.offset-0" % (axis, axis, axis),
-    "net %s-fault %s-stage.fault interlock.stage-fault-%d" % (axis, axis, number), "net %s-trial interlock.stage-trial-%d %s-stage.offset-3" % (axis, number, axis), *(
-        "net %s-%s %s-stage.%s interlock.stage-%s-%d" % (axis, report, axis, pin, report, number)
-        for report, pin in (("in-force", "inhibit-homing"), ("ramping", "ramping"), ("limited", "limited"))), "setp %s-stage.min-limit -100" % axis,
+    "net homed %s-stage.homed" % axis, "net %s-permit interlock.stage-permit-%d %s-stage.permit" % (axis, number, axis), "net %s-correction square.%s-correction %s-stage.offset-0" % (axis, axis, axis),
+    "net %s-state %s-stage.state interlock.stage-state-%d" % (axis, axis, number), "net trial interlock.trial %s-stage.trial" % axis, "setp %s-stage.min-limit -100" % axis,
     "setp %s-stage.max-limit 100" % axis, "setp %s-stage.joint-acceleration 2000" % axis, "setp %s-stage.offset-acceleration 1000" % axis,
     "setp %s-drive.gain 1" % axis, "addf %s-stage.update-feedback servo-thread" % axis)]
 INPUTS = ("x-velocity", "y-velocity", "z-position", "z-velocity", "x-tool-offset", "y-tool-offset", "z-tool-offset", "path-velocity")
 LINES = [
     "loadrt threads name1=servo-thread period1=1000000", "loadrt lowpass names=x-drive,y-drive,x-joint,y-joint",
     "loadrt mux2 names=" + ",".join("of-" + pin for pin in (*INPUTS, "own", "spindle")), "loadrt or2 names=switch,homing,mode", "loadrt conv_bit_s32 names=type",
-    "loadrt squareness names=square", "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock",
+    "loadrt squareness names=square", "loadrt joint_offset names=x-stage,y-stage", "loadrt interlock names=interlock stages=2",
     "net on switch.out interlock.motion-enabled", "net homed homing.out interlock.all-homed square.all-homed", "setp switch.in0 1", "setp homing.in0 1",
     "net spindle of-spindle.out interlock.spindle-speed", "net coordinated mode.out square.coordinated", "net type type.out square.motion-type",
     "net on square.motion-enabled", "net own of-own.out square.x-backlash-corr square.y-backlash-corr",
-    "net square-on interlock.function-enable-0 square.enable", "net square-permission interlock.function-status-0 square.interlock-status",
+    "net square-permit interlock.function-permit-0 square.permit", "net square-state square.state interlock.function-state-0",
     "net stages-ramping interlock.ramping square.stages-ramping", *("net of-%s of-%s.out square.%s" % (pin, pin, pin) for pin in INPUTS),
     "setp interlock.function-stages-0 3", "setp interlock.function-services-0 0", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25",
     "setp square.max-speed 100", *STAGES, "addf switch servo-thread", "addf homing servo-thread", "addf mode servo-thread", "addf square.update servo-thread",
@@ -202,8 +200,8 @@ class Commissioning(unittest.TestCase):
         self.wiring_is_refused("interlock.stage-permit-0 is netted to y-stage.permit, which has the row 1.")
 
     def test_a_stage_whose_offset_interlock_does_not_see_is_named(self):
-        self.host.command("unlinkp interlock.stage-in-force-1")
-        self.wiring_is_refused("A net is missing, or nothing writes it: interlock.stage-in-force-1.")
+        self.host.command("unlinkp interlock.stage-state-1")
+        self.wiring_is_refused("A net is missing, or nothing writes it: y-stage.state.")
 
     def wiring_is_refused(self, words):
         finger = self.panel()

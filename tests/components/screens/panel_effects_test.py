@@ -160,7 +160,7 @@ class Trunnion(Standing):
     """squareness of a machine whose table turns about A and C."""
 
     CHAIN = "w-C-A-X-Y.b-Z-t", "AC", PROGRAM
-    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt squareness names=square chain=w-C-A-X-Y.b-Z-t rotary=AC", "setp square.max-speed 100000",
+    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt squareness names=square interlock=no chain=w-C-A-X-Y.b-Z-t rotary=AC", "setp square.max-speed 100000",
              "setp square.max-rotary-speed 100000", "setp square.max-rate 10", "setp square.x-position 120", "setp square.y-position -80", "setp square.z-position -60",
              "setp square.a-position 30", "setp square.c-position 70", "setp square.ec0y 0.0002", "setp square.ea0y -0.0001", "setp square.ez0a 0.02",
              "setp square.ex0c 0.03", "setp square.ea0c 0.0003", "setp square.a-z-pivot -40", "setp square.z-tool-offset 90", "setp square.all-homed 1",
@@ -180,7 +180,7 @@ class Trunnion(Standing):
 class Warm(Standing):
     """axis_growth beside two warm sensors."""
 
-    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt axis_growth names=warm", "setp warm.x-growth-0 0.001", "setp warm.y-growth-0 -0.002",
+    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt axis_growth names=warm interlock=no", "setp warm.x-growth-0 0.001", "setp warm.y-growth-0 -0.002",
              "setp warm.z-growth-0 0.004", "setp warm.x-slope-1 1e-5", "setp warm.z-speed-growth 0.01", "setp warm.x-position 100", "setp warm.y-position 200",
              "setp warm.z-position -100", "setp warm.smoothing 0.1",
              "setp warm.turning-time 1", "setp warm.stopped-time 1", "setp warm.max-rate 5", "setp warm.max-speed 100000", "setp warm.all-homed 1",
@@ -204,7 +204,7 @@ class Warm(Standing):
 class Away(Standing):
     """chopping, stopped away from point R."""
 
-    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt chopping names=chop", "setp chop.upper 5", "setp chop.lower -25",
+    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt chopping names=chop interlock=no", "setp chop.upper 5", "setp chop.lower -25",
              "setp chop.position 10", "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1",
              "setp chop.homed 1", "setp chop.stop-kind 2", "addf chop.update servo-thread", "start")
 

@@ -102,14 +102,15 @@ class WithHost(unittest.TestCase):
         self.start()
 
     def start(self):
-        self.host = plumb.Host()
+        self.host = plumb.Host(modules=[os.path.join(BUILD, "specimens")])
         self.addCleanup(self.host.close)
         for line in (
             "loadrt threads name1=servo-thread period1=1000000",
             "loadrt thermal_displacement names=growth",
             "loadrt interlock count=1",
-            "loadrt squareness names=square chain=w-X-Y.b-Z-C-t",
-            "net growth-on interlock.0.function-enable-0 => growth.enable",
+            "loadrt squareness names=square interlock=no chain=w-X-Y.b-Z-C-t",
+            "net growth-permit interlock.0.function-permit-0 => growth.permit",
+            "net growth-state growth.state => interlock.0.function-state-0",
             "net load growth.load",
             "addf growth.update servo-thread",
             "addf square.update servo-thread",
@@ -193,7 +194,7 @@ class Discovery(WithHost):
     def test_inputs_with_a_signal_and_pins_of_records_are_no_settings(self):
         chosen = self.growth.settings()
         self.assertIn("window", chosen)
-        for short in ("load", "enable", "restore-tool", "row", "kept", "z-offset"):
+        for short in ("load", "permit", "restore-tool", "row", "kept", "z-offset"):
             self.assertNotIn(short, chosen)
         self.assertIn("load", self.growth.inputs())
 
@@ -211,12 +212,12 @@ class Discovery(WithHost):
         off = settings.Write(*found.owner_of(pin), found.switch_text(pin, False))
         self.assertEqual(found.switching(off), (growth, False))
         self.host.run(0.01)
-        self.assertTrue(self.hal.get("growth.enable"))
+        self.assertTrue(self.hal.get("growth.enabled"))
         self.screen().switch_off([off])
         self.host.run(0.01)
-        self.assertFalse(self.hal.get("growth.enable"))
+        self.assertFalse(self.hal.get("growth.enabled"))
         self.screen().change_all([off._replace(text=found.switch_text(pin, True))])
-        self.assertTrue(self.hal.get("growth.enable"))
+        self.assertTrue(self.hal.get("growth.enabled"))
 
     def test_a_machine_without_components_has_no_instances(self):
         self.assertEqual(machine.Machine([], DECLARED).instances, [])
@@ -597,6 +598,11 @@ class Waiting(WithHost):
     def setUp(self):
         super().setUp()
         for line in (
+            "unlinkp interlock.0.function-state-0",
+            "loadrt peers names=peers",
+            "addf peers.update servo-thread 1",
+            "net peer-0 peers.function-state-0 => interlock.0.function-state-0",
+            "net stage-0 peers.stage-state-0 => interlock.0.stage-state-0",
             "setp interlock.0.function-switch-0 1",
             "setp interlock.0.function-services-0 49",
             "setp interlock.0.function-urgent-0 32",
@@ -620,7 +626,7 @@ class Waiting(WithHost):
 
     def test_a_change_of_an_offset_is_said_while_no_service_is_lost(self):
         self.assertEqual(self.sentences(), [])
-        self.host.command("setp interlock.0.function-settling-0 1")
+        self.host.command("setp peers.function-settling-0 1")
         self.host.run(0.01)
         self.assertEqual(self.sentences(), [self.CHANGES])
         self.host.command("setp interlock.0.feed-held-delay 0")
@@ -654,9 +660,9 @@ class Waiting(WithHost):
                                             "turn the switch of the function off and on."])
 
     def test_refused_probing_and_an_axis_without_its_offset_are_said(self):
-        for lines, text in ((("setp interlock.0.stage-probing-refused-0 1",), "Probing is refused: take the offset back first."),
-                            (("setp interlock.0.stage-probing-refused-0 0", "setp interlock.0.probing-refused-time 0",
-                              "setp interlock.0.stage-uncompensated-0 1", "setp interlock.0.uncompensated-delay 0"),
+        for lines, text in ((("setp peers.stage-probing-refused-0 1",), "Probing is refused: take the offset back first."),
+                            (("setp peers.stage-probing-refused-0 0", "setp interlock.0.probing-refused-time 0",
+                              "setp peers.stage-uncompensated-0 1", "setp interlock.0.uncompensated-delay 0"),
                              "An axis lacks its offset until the next cycle begins.")):
             for line in lines:
                 self.host.command(line)

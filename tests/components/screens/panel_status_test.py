@@ -25,24 +25,24 @@ um = 1e-3
 
 STAGES = [line for axis in "xyz" for line in (
     "net %s-correction square.%s-correction => %s-stage.offset-0" % (axis, axis, axis),
-    "net heartbeat => %s-stage.heartbeat" % axis,
     "net on => %s-stage.motion-enabled" % axis, "net homed => %s-stage.homed" % axis,
     "setp %s-stage.min-limit -1000" % axis, "setp %s-stage.max-limit 1000" % axis, "setp %s-stage.joint-acceleration 1000" % axis,
     "setp %s-stage.offset-acceleration 500" % axis, "addf %s-stage.update servo-thread" % axis)]
-STAGES += [line for number, axis in enumerate("xyz") for report in ("fault", "limited", "ramping") for line in (
-    "net %s-%s %s-stage.%s => interlock.stage-%s-%d" % (axis, report, axis, report, report, number),)]
+STAGES += [line for number, axis in enumerate("xyz") for line in (
+    "net %s-permit interlock.stage-permit-%d => %s-stage.permit" % (axis, number, axis),
+    "net %s-state %s-stage.state => interlock.stage-state-%d" % (axis, axis, number))]
 
 
 class Machinery(unittest.TestCase):
     """Functions on a host, with motion's pins by signals on and homed."""
 
-    LINES = ()
+    LINES, STAGES = (), 1  # lines of HAL, and the number of stages
 
     def setUp(self):
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock", *self.LINES,
-                     "addf interlock.update servo-thread", "start"):
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.STAGES, "addf interlock.update servo-thread",
+                     *self.LINES, "start"):
             self.host.command(line)
         self.host.run(0.05)
         self.look()
@@ -75,11 +75,12 @@ class Machinery(unittest.TestCase):
 
 
 class Squareness(Machinery):
+    STAGES = 3
     LINES = (
-        "loadrt squareness names=square chain=" + CHAIN, "loadrt joint_offset names=x-stage,y-stage,z-stage interlock=no", "newsig on bit", "newsig homed bit",
-        "net on interlock.motion-enabled", "net homed interlock.all-homed square.all-homed", "net heartbeat interlock.heartbeat",
-        "net square-on interlock.function-enable-0 => square.enable", "setp interlock.function-services-0 1",
-        "net square-permission interlock.function-status-0 => square.interlock-status", "net stages-ramping interlock.ramping => square.stages-ramping",
+        "loadrt squareness names=square chain=" + CHAIN, "loadrt joint_offset names=x-stage,y-stage,z-stage", "newsig on bit", "newsig homed bit",
+        "net on interlock.motion-enabled", "net homed interlock.all-homed square.all-homed",
+        "net square-permit interlock.function-permit-0 => square.permit", "net square-state square.state => interlock.function-state-0", "setp interlock.function-services-0 1",
+        "net stages-ramping interlock.ramping => square.stages-ramping",
         "setp square.max-speed 100", "setp square.ec0y -0.00016", "setp square.ea0y 0.00012", "setp square.y-position 150",
         "setp square.x-position 40", "setp square.z-position -70", "setp square.z-tool-offset 90", "setp square.y-pivot 10",
         "addf square.update servo-thread", *STAGES)
@@ -121,11 +122,6 @@ class Squareness(Machinery):
         self.do("sets on 1")
         self.assert_status("x-stage", "wait", "The machine is not homed.")
         self.do("sets homed 1", time=3)
-        self.do("setp x-stage.enable 0", time=3)
-        self.assert_status("x-stage", "off", "Switched off.")
-        self.do("setp x-stage.enable 1")
-        self.assert_status("x-stage", "wait", "The joint moves to its offset.")
-        self.do(time=3)
         self.assert_status("x-stage", "good", "The joint has the offset of its sources.")
         self.assert_status("interlock", "good", "All functions that are switched on compensate.")
         self.assertFalse(self.host.get("interlock.attention"))
@@ -155,11 +151,11 @@ class Squareness(Machinery):
 
     def test_interlock_names_the_cause_of_a_wait(self):
         self.ready()
-        self.do("setp interlock.function-settling-0 1", time=0.1)
+        self.do("setp square.max-rate 0.0005", "setp square.z-tool-offset 190", time=0.1)
         self.assert_status("interlock", "wait", "The next move waits until the axes have their offsets.")
         self.do(time=6)
         self.assert_status("interlock", "warn", "The machine waits. " + DECLARED["interlock"].sentence("waiting-code", 3))
-        self.do("setp interlock.function-settling-0 0")
+        self.do("setp square.max-rate 1")
         self.assertEqual(self.status("interlock").kind, "good")
 
     def test_an_axis_offset_waits_for_its_cycle_and_for_the_end_of_probing(self):
@@ -190,9 +186,9 @@ class Squareness(Machinery):
         self.do("setp interlock.function-switch-0 1")
         self.beat(8)
         self.assertEqual(self.status("square").kind, "good")
-        self.do("setp interlock.function-busy-0 1", time=3)
+        self.do("setp interlock.program-running 1", time=3)
         self.assert_status("square", "warn", "Goes off when the program ends: plumb-retain (service 0) does not answer.")
-        self.do("setp interlock.function-busy-0 0")
+        self.do("setp interlock.program-running 0")
         self.assert_status("square", "bad", "Off: plumb-retain (service 0) does not answer.", "Start LinuxCNC again.")
         self.beat(4)
         self.assert_status("square", "bad", "Off: a service was lost, and answers again.", "Turn the switch off and on.")
@@ -204,29 +200,27 @@ class Squareness(Machinery):
         self.do("setp interlock.service-ready-0 0", "setp interlock.function-switch-0 1", "sets on 1", "sets homed 1")
         self.assert_status("square", "warn", "Off: plumb-retain (service 0) is not ready.")
 
-    def test_no_number_from_outside_is_a_status(self):
+    def test_a_number_from_outside_permits_nothing(self):
         self.ready()
-        self.do("unlinkp square.interlock-status")
-        for number in (-1, 0, 15, 40, 99, -2147483648, 2147483647):
-            self.do("setp square.interlock-status %d" % number)
-            self.assert_status("square", "good", "Corrects the tilts that were measured.")
-        self.do("setp square.interlock-status 24")
-        self.assertEqual(self.status("square").kind, "bad")
+        self.do("unlinkp square.permit")
+        for number in (0, 1, 24, 4294967295, self.host.get("interlock.function-permit-0"), self.host.get("interlock.stage-permit-0")):
+            self.do("setp square.permit %d" % number)
+            self.assert_status("square", "bad", "Held: the function and interlock do not hear each other.")
+            self.assertFalse(self.host.get("square.enabled"))
         self.assertTrue(self.host.get("square.attention"))
 
     def test_a_function_that_no_thread_runs_says_so(self):
-        self.host.command("loadrt thermal_growth_test names=stands")
+        self.host.command("loadrt thermal_growth_test names=stands interlock=no")
         self.look()
         its = self.status("stands")
         self.assertEqual(its.kind, "bad")
         self.assertIn("no thread runs", its.text)
 
     def test_homing_waits_only_for_a_machine_that_is_not_homed(self):
-        self.do("setp interlock.stage-in-force-0 1")
         self.ready()
         self.assertTrue(self.host.get("interlock.homing-inhibit"))
         self.assertEqual(waiting.waiting(self.machine, self.values()), [])
-        self.do("sets homed 0")
+        self.do("sets homed 0", time=0.02)
         self.assertIn("Homing waits", waiting.waiting(self.machine, self.values())[0])
 
     def applied(self):
@@ -350,7 +344,7 @@ class Refusals(unittest.TestCase):
 class Named(Machinery):
     """A setting that keeps a component from its work is named, with its value and its limit."""
 
-    LINES = ("loadrt joint_offset names=x-stage interlock=no", "loadrt thermal_displacement names=growth", "setp x-stage.min-limit 50", "setp x-stage.max-limit -20",
+    LINES = ("loadrt joint_offset names=x-stage interlock=no", "loadrt thermal_displacement names=growth interlock=no", "setp x-stage.min-limit 50", "setp x-stage.max-limit -20",
              "addf growth.update servo-thread", "addf x-stage.update servo-thread")
 
     def test_limits_that_contradict_each_other_have_their_values(self):
@@ -391,8 +385,8 @@ class ForOperators(unittest.TestCase):
 
 
 class Misloaded(Machinery):
-    LINES = ("loadrt axis_offset names=z-stage,y-stage interlock=no unit=mm,inch", "loadrt thermal_displacement names=growth,other", "setp growth.max-offset 0.01",
-             "setp other.max-offset 0.01", "net growth-on interlock.function-enable-0 => growth.enable")
+    LINES = ("loadrt axis_offset names=z-stage,y-stage interlock=no unit=mm,inch", "loadrt thermal_displacement names=growth,other interlock=yes,no", "setp growth.max-offset 0.01",
+             "setp other.max-offset 0.01", "net growth-permit interlock.function-permit-0 => growth.permit")
 
     def test_a_default_in_mm_that_counts_as_inches_is_told(self):
         self.assertEqual([text for text in misloaded.warnings(self.machine, self.values()) if "inch" in text], [])
@@ -406,8 +400,8 @@ class Misloaded(Machinery):
 
 
 class Growth(Machinery):
-    LINES = ("loadrt thermal_displacement names=growth", "net growth-on interlock.function-enable-0 => growth.enable", "setp interlock.function-services-0 1",
-             "net growth-permission interlock.function-status-0 => growth.interlock-status",
+    LINES = ("loadrt thermal_displacement names=growth", "net growth-permit interlock.function-permit-0 => growth.permit", "setp interlock.function-services-0 1",
+             "net growth-state growth.state => interlock.function-state-0",
              "setp interlock.function-switch-0 1", "setp interlock.motion-enabled 1", "setp interlock.all-homed 1", "addf growth.update servo-thread")
     ROW = {"operation": 10, "tool": 1, "occurrence": 1, "feed": -2, "feed-override": 1, "time-constant": 0.03, "cycles": 1, "program-id": 7, "tool-set-id": 3}
 
@@ -467,7 +461,7 @@ class Growth(Machinery):
 
 
 class Chopping(Machinery):
-    LINES = ("loadrt chopping names=chop", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10", "setp chop.feed 100",
+    LINES = ("loadrt chopping names=chop interlock=no", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10", "setp chop.feed 100",
              "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1", "net z chop.command chop.joint-feedback",
              "addf chop.update servo-thread")
 
@@ -516,7 +510,7 @@ class Chopping(Machinery):
 
 
 class GrowthTest(Machinery):
-    LINES = ("loadrt thermal_growth_test names=test", "setp test.sensors 1", "addf test.update servo-thread")
+    LINES = ("loadrt thermal_growth_test names=test interlock=no", "setp test.sensors 1", "addf test.update servo-thread")
 
     def test_a_program_that_died_is_no_pass(self):
         self.assert_status("test", "off", "No test runs.")
@@ -542,7 +536,7 @@ class GrowthTest(Machinery):
 
 
 class CentreHeight(Machinery):
-    LINES = ("loadrt centre_height names=centre", "setp centre.tolerance 0.005", "setp centre.gauge-sigma 0.0005", "addf centre.update servo-thread")
+    LINES = ("loadrt centre_height names=centre interlock=no", "setp centre.tolerance 0.005", "setp centre.gauge-sigma 0.0005", "addf centre.update servo-thread")
 
     def test_only_on_centre_is_good(self):
         self.assert_status("centre", "off", "No tool is measured.")

@@ -13,16 +13,16 @@ from tree import BUILD, ROOT, own_folder
 
 LINES = (
     "loadrt threads name1=servo-thread period1=1000000",
-    "loadrt thermal_displacement names=growth",
-    "loadrt squareness names=square chain=w-X-Y.b-Z-C-t",
+    "loadrt thermal_displacement names=growth interlock=no",
+    "loadrt squareness names=square interlock=no chain=w-X-Y.b-Z-C-t",
     "addf growth.update servo-thread",
     "addf square.update servo-thread",
     "start",
 )
 ALL_FUNCTIONS = (
-    "loadrt centre_height names=centre",
-    "loadrt chopping names=chop",
-    "loadrt thermal_growth_test names=test",
+    "loadrt centre_height names=centre interlock=no",
+    "loadrt chopping names=chop interlock=no",
+    "loadrt thermal_growth_test names=test interlock=no",
 )
 # Buttons to press one after the other, by the page.
 DEEPER = {
@@ -111,7 +111,7 @@ class Window(unittest.TestCase):
         self.assertFalse(self.host.get("growth.learn"))
 
     def test_who_may_only_look_stops_and_holds_strokes_and_switches_off_whatever_the_log_is(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
                      "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
                      "setp chop.stop-kind 2", "setp chop.run 1"):
             self.host.command(line)
@@ -176,7 +176,7 @@ class Window(unittest.TestCase):
         self.assertEqual(done.status, 0, done.output)
 
     def test_the_page_of_a_growth_test_shows_state_and_remaining_time(self):
-        for line in ("loadrt thermal_growth_test names=test", "addf test.update servo-thread", "setp test.sensors 2", "setp test.running 1"):
+        for line in ("loadrt thermal_growth_test names=test interlock=no", "addf test.update servo-thread", "setp test.sensors 2", "setp test.running 1"):
             self.host.command(line)
         finger = self.panel()
         finger.press("Growth test")
@@ -233,7 +233,7 @@ class Window(unittest.TestCase):
 
     def test_a_question_that_has_changed_is_asked_again(self):
         on = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "task.alive": True, "task.program": "idle"}
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
             self.host.command(line)
         given = self.host.expect("given == 0", given="chop.go-to-end")
         finger = self.panel_with({**on, "chop.offset": 0.5})
@@ -294,7 +294,7 @@ class Window(unittest.TestCase):
         return {each.id for each in self.host.violations()}
 
     def test_strokes_are_held_at_once_and_go_on_after_a_question(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
                      "setp chop.section-0-kind 2", "setp chop.section-0-from -20", "setp chop.section-0-to -5", "setp chop.section-0-ratio 0.5"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
@@ -311,7 +311,7 @@ class Window(unittest.TestCase):
         finger.await_text("105 %")
 
     def test_strokes_and_a_section_by_pins_and_one_undo_takes_the_section_back(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.position 10", "setp chop.min-limit -100",
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.position 10", "setp chop.min-limit -100",
                      "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
@@ -348,7 +348,7 @@ class Window(unittest.TestCase):
         self.assertEqual(self.host.get(["chop.section-0-from", "chop.section-0-to", "chop.section-0-ratio"]), [0, 0, 1])
 
     def test_the_second_half_of_a_double_press_is_no_order(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Growth of Z")
@@ -367,7 +367,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
 
     def test_a_press_while_the_page_changes_is_no_order_on_the_new_page(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
@@ -460,7 +460,7 @@ class Window(unittest.TestCase):
 
     def test_strokes_end_by_pins_alone(self):
         """No LinuxCNC is here: neither task nor io lives."""
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
                      "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
                      "setp chop.stop-kind 2", "setp chop.run 1"):
             self.host.command(line)
@@ -686,7 +686,7 @@ class Window(unittest.TestCase):
         self.open_chain(finger, "w-X-Y.b-Z-C-t")
         finger.press("Y EA0Y")
         finger.type("0.04")
-        for line in ("loadrt and2 names=other", "loadrt thermal_growth_test names=late", "newsig later float", "net later growth.load"):
+        for line in ("loadrt and2 names=other", "loadrt thermal_growth_test names=late interlock=no", "newsig later float", "net later growth.load"):
             self.host.command(line)
         finger.until(lambda: finger.find("Growth test"), "the page of the new component")
         self.assertEqual([each["text"] for each in finger.widgets() if each["kind"] == "Entry"], ["0.04"])
@@ -695,7 +695,7 @@ class Window(unittest.TestCase):
         finger.await_text("measured: 133.3 \u00b5m/m to +Z")
 
     def test_a_gauge_of_radii_is_never_asked_for_a_diameter(self):
-        for line in ("loadrt centre_height names=centre", "addf centre.update servo-thread", "setp centre.gauge-kind 1", "setp centre.method 1",
+        for line in ("loadrt centre_height names=centre interlock=no", "addf centre.update servo-thread", "setp centre.gauge-kind 1", "setp centre.method 1",
                      "setp centre.land-diameter 10", "setp centre.cuts 2"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
@@ -721,7 +721,7 @@ class Window(unittest.TestCase):
         self.assertEqual(self.host.get(["centre.entered", "centre.cut-number", "centre.state-code"]), [False, 0, 5])
 
     def test_buttons_are_in_the_list_of_changes(self):
-        for line in ("loadrt chopping names=chop", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
@@ -736,7 +736,7 @@ class Window(unittest.TestCase):
 
     def test_the_inputs_and_the_load_are_live(self):
         for line in ("newsig spindle-load float", "net spindle-load growth.load", "sets spindle-load 12.5", "setp growth.threshold 3",
-                     "loadrt axis_growth names=axes", "net spindle-load axes.temperature-0"):  # axis_growth has no page of its own
+                     "loadrt axis_growth names=axes interlock=no", "net spindle-load axes.temperature-0"):  # axis_growth has no page of its own
             self.host.command(line)
         self.host.set("growth.enable", True)
         finger = self.panel()

@@ -22,9 +22,10 @@ struct Machine {
               "loadrt lowpass names=motion-command-handler,motion-controller,x-drive,y-drive,other-drive",
               "loadrt squareness names=square",
               "loadrt joint_offset names=x-stage,y-stage",
-              "loadrt interlock names=interlock",
-              "net square-on interlock.function-enable-0 square.enable",
-              "net square-permission interlock.function-status-0 square.interlock-status",
+              "loadrt interlock names=interlock stages=2",
+              "net square-permit interlock.function-permit-0 square.permit",
+              "net square-state square.state interlock.function-state-0",
+              "net trial interlock.trial x-stage.trial y-stage.trial",
               "net x-cmd x-stage.drive-command x-drive.in",
               "net y-cmd y-stage.drive-command y-drive.in",
               "net x-correction square.x-correction x-stage.offset-0",
@@ -44,15 +45,10 @@ struct Machine {
             bench.command(line);
         for (const std::string letter : {"x", "y"}) {
             const std::string number = letter == "x" ? "0" : "1";
-            bench.command("net " + letter + "-fault " + letter + "-stage.fault interlock.stage-fault-" +
+            bench.command("net " + letter + "-state " + letter + "-stage.state interlock.stage-state-" +
                           number);
-            bench.command("net " + letter + "-in-force " + letter +
-                          "-stage.inhibit-homing interlock.stage-in-force-" + number);
             bench.command("net " + letter + "-permit interlock.stage-permit-" + number + " " + letter +
                           "-stage.permit");
-            bench.command("setp " + letter + "-stage.row " + number);
-            bench.command("net " + letter + "-trial interlock.stage-trial-" + number + " " + letter +
-                          "-stage.offset-3");
             for (const char* setting : {"min-limit -100", "max-limit 100", "joint-acceleration 2000",
                                         "offset-acceleration 1000", "homed true", "motion-enabled true"})
                 bench.command("setp " + letter + "-stage." + setting);
@@ -60,7 +56,7 @@ struct Machine {
         bench.command(std::string("setp interlock.commissioning ") + required);
         for (const char* function :
              {"motion-command-handler", "x-stage.update-feedback", "y-stage.update-feedback",
-              "motion-controller", "square.update", "x-stage.update", "y-stage.update", "interlock.update",
+              "motion-controller", "interlock.update", "square.update", "x-stage.update", "y-stage.update",
               "x-drive", "y-drive"})
             bench.command(std::string("addf ") + function + " servo-thread");
         bench.command("start");
@@ -163,12 +159,12 @@ TEST(InterlockCommissioning, AnotherDriveTakesItsStageBack) {
 TEST(InterlockCommissioning, WhileWorkGoesOnNothingIsTakenBack) {
     Machine machine;
     machine.pass_all();
-    machine.bench.set("interlock.function-busy-0", 1);
+    machine.bench.set("interlock.program-running", 1);
     machine.bench.set("square.eb0z", 1e-4);
     machine.bench.run(4);
     EXPECT_EQ(machine.status(), none);
     EXPECT_NEAR(machine.applied("x"), -0.01, 1e-6);
-    machine.bench.set("interlock.function-busy-0", 0);
+    machine.bench.set("interlock.program-running", 0);
     machine.bench.run(4);
     EXPECT_EQ(machine.status(), held);
     EXPECT_EQ(machine.applied("x"), 0);
@@ -333,7 +329,7 @@ TEST(InterlockCommissioning, NoTrialBeyondTheLimitNorWhileAProgramRunsNorOff) {
 
 TEST(InterlockCommissioning, AFunctionActsOnTrialAndStopsAtOnceThereafter) {
     Machine machine;
-    machine.bench.set("interlock.function-busy-0", 1);
+    machine.bench.set("interlock.program-running", 1);
     machine.pass("stage", 0);
     machine.bench.set("interlock.trial-function", 0);
     machine.press(1);

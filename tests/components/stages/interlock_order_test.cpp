@@ -28,13 +28,13 @@ struct Machine {
                 "x-stage.update-feedback",
                 "y-stage.update-feedback",
                 "motion-controller",
+                "interlock.update",
                 "square.update",
                 "z-axis.update",
                 "spare",
                 "x-stage.update",
                 "y-stage.update",
-                "z-stage.update",
-                "interlock.update"};
+                "z-stage.update"};
     }
 
     explicit Machine(const Names& functions = right(), const client::Start& its_host = with_specimens())
@@ -43,14 +43,17 @@ struct Machine {
         bench.command("loadrt lowpass names=motion-command-handler,motion-controller,spare");
         bench.command("loadrt or2 names=program");
         bench.command("loadrt squareness names=square");
-        bench.command("loadrt joint_offset names=x-stage,y-stage interlock=no");
-        bench.command("loadrt axis_offset names=z-stage interlock=no");
+        bench.command("loadrt joint_offset names=x-stage,y-stage");
+        bench.command("loadrt axis_offset names=z-stage");
         bench.command("loadrt external_offset names=z-axis");
-        bench.command("loadrt interlock names=interlock");
-        bench.command(
-            "net heartbeat interlock.heartbeat x-stage.heartbeat y-stage.heartbeat z-stage.heartbeat");
-        bench.command("net arm interlock.arm z-stage.arm");
-        bench.command("net x-in-force x-stage.inhibit-homing interlock.stage-in-force-0");
+        bench.command("loadrt interlock names=interlock stages=3");
+        bench.command("net square-permit interlock.function-permit-0 square.permit");
+        bench.command("net square-state square.state interlock.function-state-0");
+        for (const std::string stage : {"x-stage", "y-stage", "z-stage"}) {
+            const std::string number = std::to_string(stage[0] - 'x');
+            bench.command("net " + stage + "-permit interlock.stage-permit-" + number + " " + stage + ".permit");
+            bench.command("net " + stage + "-state " + stage + ".state interlock.stage-state-" + number);
+        }
         for (const std::string letter : {"x", "y"}) {
             for (const char* setting : {"min-limit -100", "max-limit 100", "joint-acceleration 2000",
                                         "offset-acceleration 1000", "homed true", "motion-enabled true"})
@@ -195,8 +198,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"StageBeforeItsSource", "z-stage.update", "square.update"},
                     Wrong{"SourceBeforeMotion", "square.update", "motion-controller"},
                     Wrong{"MotionBeforeFeedback", "motion-controller", "x-stage.update-feedback"},
-                    Wrong{"InterlockBeforeAStage", "interlock.update", "z-stage.update"},
-                    Wrong{"InterlockBeforeTheSource", "interlock.update", "square.update"}),
+                    Wrong{"InterlockAfterAStage", "interlock.update", "y-stage.update"},
+                    Wrong{"InterlockAfterTheSource", "interlock.update", "x-stage.update"},
+                    Wrong{"InterlockBeforeMotion", "interlock.update", "motion-controller"}),
     [](const auto& wrong) { return wrong.param.name; });
 
 TEST(InterlockOrderMessage, NamesBothFunctionsAndTheThreadOnce) {
@@ -209,9 +213,8 @@ TEST(InterlockOrderMessage, NamesBothFunctionsAndTheThreadOnce) {
     }
     const std::string output = testing::internal::GetCapturedStderr();
     const std::string sentence =
-        "interlock: x-stage.update runs before motion-controller and square.update in servo-thread; it "
-        "belongs "
-        "after them.\n";
+        "interlock: x-stage.update runs before motion-controller, interlock.update and square.update in "
+        "servo-thread; it belongs after them.\n";
     const std::size_t at = output.find(sentence);
     ASSERT_NE(at, std::string::npos) << output;
     EXPECT_EQ(output.find("interlock:", at + 1), std::string::npos) << output;
@@ -241,7 +244,7 @@ TEST(InterlockOrderOfThreads, AStageInAnotherThreadIsAFaultUntilItIsMended) {
     machine.bench.run(found);
     machine.expect_held();
     machine.bench.command("delf y-stage.update slow-thread");
-    machine.call("y-stage.update", "servo-thread 9");
+    machine.call("y-stage.update", "servo-thread 10");
     machine.expect_applied();
 }
 
@@ -274,7 +277,7 @@ INSTANTIATE_TEST_SUITE_P(Each, InterlockNoThread,
 // From loadrt on.
 TEST(InterlockOrderOfThreads, AComponentThatWasNeverAddedIsAFault) {
     Machine machine;
-    machine.bench.command("loadrt chopping names=chop");
+    machine.bench.command("loadrt chopping names=chop interlock=no");
     machine.bench.run(found);
     machine.expect_held();
     machine.call("chop.update", "servo-thread 5");
@@ -283,7 +286,7 @@ TEST(InterlockOrderOfThreads, AComponentThatWasNeverAddedIsAFault) {
 
 TEST(InterlockOrderOfThreads, UnloadedItIsForgotten) {
     Machine machine;
-    machine.bench.command("loadrt chopping names=chop");
+    machine.bench.command("loadrt chopping names=chop interlock=no");
     machine.bench.run(found);
     machine.bench.command("unloadrt chopping");
     machine.expect_applied();
@@ -296,7 +299,7 @@ TEST(InterlockOrderOfThreads, FunctionsThatAreOnTheirWayAreNoFault) {
     for (int n = 0; n < 20; ++n) {
         machine.take_away("square.update");
         machine.bench.run(0.35);
-        machine.call("square.update", "servo-thread 5");
+        machine.call("square.update", "servo-thread 6");
         machine.bench.run(1.7);
     }
 }
@@ -315,12 +318,11 @@ TEST(InterlockOrderOfThreads, TwoInterlocksBothHaveTheFault) {
     Machine machine;
     machine.bench.command("unloadrt interlock");
     machine.bench.command("loadrt interlock names=interlock,second");
-    machine.bench.command("net heartbeat interlock.heartbeat");
-    machine.call("interlock.update");
-    machine.call("second.update");
+    machine.call("interlock.update", "servo-thread 5");
+    machine.call("second.update", "servo-thread 6");
     machine.bench.run(3);
-    EXPECT_EQ(machine.bench.get("interlock.fault-code"), 0);
-    EXPECT_EQ(machine.bench.get("second.fault-code"), 0);
+    EXPECT_NE(machine.bench.get("interlock.fault-code"), order);  // none is netted
+    EXPECT_NE(machine.bench.get("second.fault-code"), order);
     machine.take_away("y-stage.update");
     machine.call("y-stage.update", "servo-thread 1");
     machine.bench.run(found);
@@ -333,7 +335,7 @@ TEST(InterlockOrderOfThreads, ABusyFunctionFinishesFirstAndDoesNotBeginAgain) {
     Machine machine;
     Bench& bench = machine.bench;
     machine.apply_offsets();
-    bench.set("interlock.function-busy-0", 1);
+    bench.set("interlock.program-running", 1);
     machine.take_away("square.update");
     machine.call("square.update");
     bench.run(found);
@@ -347,9 +349,9 @@ TEST(InterlockOrderOfThreads, ABusyFunctionFinishesFirstAndDoesNotBeginAgain) {
     bench.set("interlock.cycle-running", 1);
     bench.run(0.1);
     EXPECT_FALSE(bench.get("interlock.arm"));
-    bench.set("interlock.function-busy-0", 0);
+    bench.set("interlock.program-running", 0);
     bench.run(0.1);
-    bench.set("interlock.function-busy-0", 1);
+    bench.set("interlock.program-running", 1);
     machine.expect_held();
 }
 

@@ -113,7 +113,10 @@ std::string numbered(const std::string& stem, int number) {
     return stem + "-" + std::to_string(number);
 }
 
-// interlock on a thread that runs. pulse-N beats for service N while its in1 is true.
+constexpr int first_periods = 3;  // until interlock hears all that it permits
+
+// interlock on a thread that runs, with functions and stages that say what a test wants (the specimen peers).
+// pulse-N beats for service N while its in1 is true.
 struct Machine {
     explicit Machine(long nanoseconds = 1000000) : period(1e-9 * static_cast<double>(nanoseconds)) {
         std::string pulses;
@@ -123,6 +126,8 @@ struct Machine {
             pulses += (i ? "," : "") + pulse;
         }
         bench.command("loadrt xor2 names=" + pulses);
+        bench.command("loadrt peers names=peers");
+        bench.command("addf peers.update servo-thread");
         for (int i = 0; i < services; ++i) {
             const std::string pulse = numbered("pulse", i);
             bench.command("net " + numbered("beat", i) + " " + pulse + ".out => " + pulse + ".in0");
@@ -135,17 +140,22 @@ struct Machine {
     void load(const std::vector<std::pair<std::string, double>>& pins = {}) {
         if (loaded_) bench.command("unloadrt interlock");
         loaded_ = true;
-        bench.command("loadrt interlock names=it");
+        bench.command("loadrt interlock names=it functions=" + std::to_string(functions) +
+                      " stages=" + std::to_string(stages));
+        for (int i = 0; i < functions; ++i) say(numbered("function-state", i));
+        for (int i = 0; i < stages; ++i) say(numbered("stage-state", i));
         for (int i = 0; i < services; ++i) {
             bench.set(numbered("pulse", i) + ".in1", 0);
             bench.command("net " + numbered("beat", i) + " => it." + numbered("service-heartbeat", i));
         }
         for (const auto& [pin, value] : pins) set(pin, value);
         bench.command("addf it.update servo-thread");
-        step();
+        step(first_periods);
     }
 
-    void set(const std::string& pin, double value) { bench.set("it." + pin, value); }
+    void set(const std::string& pin, double value) {
+        bench.set((is_of_peers(pin) ? "peers." : "it.") + pin, value);
+    }
     double get(const std::string& pin) { return bench.get("it." + pin); }
     void beat(int service, bool on) { bench.set(numbered("pulse", service) + ".in1", on); }
     void step(int periods = 1) { bench.run(period * periods); }
@@ -158,10 +168,19 @@ struct Machine {
         step();
     }
 
-    Bench bench{Bench::Thread::none};
+    Bench bench{Bench::Thread::none, with_specimens()};
     const double period;  // s
 
 private:
+    static bool is_of_peers(const std::string& pin) {
+        const std::string stem = pin.substr(0, pin.rfind('-'));
+        return stem == "function-busy" || stem == "function-settling" || stem == "function-ramping" ||
+               (stem.rfind("stage-", 0) == 0 && stem != "stage-passed");
+    }
+    void say(const std::string& word) {
+        bench.command("net " + word + " peers." + word + " it." + word);
+    }
+
     bool loaded_ = false;
 };
 
@@ -456,9 +475,9 @@ TEST(Interlock, LoadedItEnablesAndRequestsNothing) {
                             "homing-inhibit", "feed-inhibit", "feed-service-lost", "abort", "compensated",
                             "uncompensated", "probing-refused", "feed-held", "operation", "fault"})
         EXPECT_EQ(machine.get(pin), 0) << pin;
-    EXPECT_EQ(machine.get("heartbeat"), 1);
+    EXPECT_EQ(machine.get("heartbeat"), first_periods);
     machine.step(1000);
-    EXPECT_EQ(machine.get("heartbeat"), 1001);
+    EXPECT_EQ(machine.get("heartbeat"), first_periods + 1000);
 }
 
 TEST(Interlock, HeartbeatIsLostAfterItsTimeoutAndNotBefore) {
@@ -989,7 +1008,7 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
     machine.load();  // with the defaults that the oracle has
     for (int i = 0; i < services; ++i)
         machine.bench.command("unlinkp it." + numbered("service-heartbeat", i));
-    oracle.step();
+    for (int i = 0; i < first_periods; ++i) oracle.step();
 
     const auto give = [&](const std::string& pin, double value) {
         machine.set(pin, value);

@@ -34,7 +34,7 @@ public:
               "loadrt joint_offset names=x-stage,y-stage",
               "loadrt axis_offset names=z-stage",
               "loadrt external_offset names=z-axis",
-              "loadrt interlock names=interlock",
+              "loadrt interlock names=interlock functions=2 stages=3",
               "loadrt or2 names=power,homing",
               "addf power servo-thread",
               "addf homing servo-thread",
@@ -46,7 +46,7 @@ public:
               "net z-counts z-stage.counts z-axis.counts",
               "net z-scale z-stage.counts-scale z-axis.scale",
               "net z-enable z-stage.offset-enable z-axis.enable",
-              "net z-in-force z-stage.in-force interlock.stage-in-force-2",
+              "net trial interlock.trial x-stage.trial y-stage.trial z-stage.trial",
               "setp interlock.function-stages-0 3",
               "setp interlock.function-stages-1 3",
               "setp interlock.function-services-0 0",
@@ -59,17 +59,13 @@ public:
         for (int i = 0; i < 3; ++i) {
             const std::string n = std::to_string(i), stage = stages[i];
             bench_.command("net " + stage + "-permit interlock.stage-permit-" + n + " " + stage + ".permit");
-            bench_.command("net " + stage + "-trial interlock.stage-trial-" + n + " " + stage + ".offset-3");
-            bench_.command("net " + stage + "-fault " + stage + ".fault interlock.stage-fault-" + n);
-            bench_.command("setp " + stage + ".row " + n);
+            bench_.command("net " + stage + "-state " + stage + ".state interlock.stage-state-" + n);
         }
         for (const std::string letter : {"x", "y"}) {
             const std::string stage = letter + "-stage";
             bench_.command("net " + letter + "-cmd " + stage + ".drive-command " + letter + "-drive.in");
             bench_.command("net " + letter + "-0 square." + letter + "-correction " + stage + ".offset-0");
             bench_.command("net " + letter + "-1 other." + letter + "-correction " + stage + ".offset-1");
-            bench_.command("net " + letter + "-in-force " + stage +
-                           ".inhibit-homing interlock.stage-in-force-" + (letter == "x" ? "0" : "1"));
             bench_.command("net on " + stage + ".motion-enabled");
             bench_.command("net homed " + stage + ".homed");
             for (const char* setting :
@@ -79,16 +75,15 @@ public:
         int number = 0;
         for (const std::string name : {"square", "other"}) {
             const std::string n = std::to_string(number++);
-            bench_.command("net " + name + "-on interlock.function-enable-" + n + " " + name + ".enable");
-            bench_.command("net " + name + "-permission interlock.function-status-" + n + " " + name +
-                           ".interlock-status");
+            bench_.command("net " + name + "-permit interlock.function-permit-" + n + " " + name + ".permit");
+            bench_.command("net " + name + "-state " + name + ".state interlock.function-state-" + n);
             for (const char* setting : {"all-homed true", "max-speed 100", "z-position 100"})
                 bench_.command("setp " + name + "." + setting);
         }
         for (const char* function :
              {"motion-command-handler", "z-axis.update", "x-stage.update-feedback", "y-stage.update-feedback",
-              "motion-controller", "square.update", "other.update", "x-stage.update", "y-stage.update",
-              "z-stage.update", "interlock.update", "x-drive", "y-drive"})
+              "motion-controller", "interlock.update", "square.update", "other.update", "x-stage.update",
+              "y-stage.update", "z-stage.update", "x-drive", "y-drive"})
             bench_.command(std::string("addf ") + function + " servo-thread");
         bench_.command("start");
         bench_.run(4);

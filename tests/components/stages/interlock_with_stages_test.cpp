@@ -2,7 +2,6 @@
 // interlock with the stages that it arms, and what they do when it has gone: unloaded, or not called any
 // more.
 #include "tests/support/bench.hpp"
-#include "tests/support/place.hpp"
 
 #include <cmath>
 #include <string>
@@ -13,23 +12,19 @@ namespace {
 constexpr double count = 0.1 * um;
 constexpr double ramp_rate = 0.1;  // mm/s, the default of both stages
 
-client::Start with_specimens() {
-    client::Start start;
-    start.modules = {build_folder() + "/specimens"};
-    return start;
-}
-
 enum class Gone { unloaded, not_called };
 
 // Function 0 has Z and Y by external offsets, function 1 has X and U between motion and drive.
 struct Machine {
     Machine() {
         bench.command("loadrt threads name1=servo-thread period1=1000000");
-        bench.command("loadrt axis_offset names=z-stage,y-stage interlock=no");
+        bench.command("loadrt axis_offset names=z-stage,y-stage");
         bench.command("loadrt external_offset names=z-axis,y-axis");
-        bench.command("loadrt joint_offset names=x-stage,u-stage interlock=no");
+        bench.command("loadrt joint_offset names=x-stage,u-stage");
         bench.command("loadrt motion_joint names=x-joint,u-joint");
         bench.command("loadrt or2 names=program,power,homing");
+        bench.command("loadrt peers names=peers");
+        for (const std::string word : {"function-state-0", "function-state-1"}) net(word, "peers." + word);
         net("cycle", "program.out");
         net("on", "power.out");
         net("homed", "homing.out");
@@ -44,11 +39,8 @@ struct Machine {
             net(letter + "-enable", stage + "offset-enable " + axis + "enable");
             net("homed", axis + "homed " + stage + "all-homed");
             net("on", axis + "on");
-            net("growth-on", stage + "enable");
-            net("arm", stage + "arm");
-            net("heartbeat", stage + "heartbeat");
-            net(letter + "-in-force", stage + "in-force");
-            net(letter + "-ramping", stage + "ramping");
+            net(letter + "-state", stage + "state");
+            net(letter + "-permit", stage + "permit");
         }
         for (const std::string letter : {"x", "u"}) {
             const std::string stage = letter + "-stage.", joint = letter + "-joint.";
@@ -62,16 +54,14 @@ struct Machine {
             net(letter + "-drive", stage + "drive-command " + stage + "drive-feedback");
             net(letter + "-feedback", stage + "joint-feedback " + joint + "motor-feedback");
             net("on", joint + "on");
-            net("square-on", stage + "enable");
-            net("heartbeat", stage + "heartbeat");
-            net(letter + "-in-force", stage + "inhibit-homing");
-            net(letter + "-ramping", stage + "ramping");
+            net(letter + "-state", stage + "state");
+            net(letter + "-permit", stage + "permit");
         }
         load_interlock();
         for (const char* function :
              {"z-axis.update", "y-axis.update", "x-stage.update-feedback", "u-stage.update-feedback",
-              "x-joint.update", "u-joint.update", "z-stage.update", "y-stage.update", "x-stage.update",
-              "u-stage.update", "interlock.update"})
+              "x-joint.update", "u-joint.update", "peers.update", "interlock.update", "z-stage.update",
+              "y-stage.update", "x-stage.update", "u-stage.update"})
             call(function);
         bench.command("start");
         for (const char* letter : {"z", "y"})
@@ -81,26 +71,26 @@ struct Machine {
     void net(const std::string& signal, const std::string& pins) {
         bench.command("net " + signal + " " + pins);
     }
-    void call(const std::string& function) { bench.command("addf " + function + " servo-thread"); }
+    void call(const std::string& function) {
+        bench.command("addf " + function + (function.find(' ') == std::string::npos ? " servo-thread" : ""));
+    }
 
     void load_interlock() {
-        bench.command("loadrt interlock names=interlock");
+        bench.command("loadrt interlock names=interlock functions=2 stages=4");
         for (const auto& [signal, pin] :
              std::vector<std::pair<std::string, std::string>>{{"on", "motion-enabled"},
                                                               {"homed", "all-homed"},
                                                               {"cycle", "cycle-running"},
-                                                              {"z-in-force", "stage-in-force-0"},
-                                                              {"y-in-force", "stage-in-force-1"},
-                                                              {"z-ramping", "stage-ramping-0"},
-                                                              {"y-ramping", "stage-ramping-1"},
-                                                              {"x-in-force", "stage-in-force-2"},
-                                                              {"u-in-force", "stage-in-force-3"},
-                                                              {"x-ramping", "stage-ramping-2"},
-                                                              {"u-ramping", "stage-ramping-3"},
-                                                              {"growth-on", "function-enable-0"},
-                                                              {"square-on", "function-enable-1"},
-                                                              {"arm", "arm"},
-                                                              {"heartbeat", "heartbeat"},
+                                                              {"function-state-0", "function-state-0"},
+                                                              {"function-state-1", "function-state-1"},
+                                                              {"z-state", "stage-state-0"},
+                                                              {"y-state", "stage-state-1"},
+                                                              {"x-state", "stage-state-2"},
+                                                              {"u-state", "stage-state-3"},
+                                                              {"z-permit", "stage-permit-0"},
+                                                              {"y-permit", "stage-permit-1"},
+                                                              {"x-permit", "stage-permit-2"},
+                                                              {"u-permit", "stage-permit-3"},
                                                               {"no-homing", "homing-inhibit"}})
             net(signal, "interlock." + pin);
         bench.set("interlock.function-switch-0", 1);
@@ -154,7 +144,7 @@ struct Machine {
 
     void return_from(Gone how) {
         if (how == Gone::unloaded) load_interlock();
-        call("interlock.update");
+        call("interlock.update servo-thread 9");
     }
 
     Bench bench{Bench::Thread::none, with_specimens()};
@@ -250,8 +240,6 @@ TEST(InterlockNeverCalled, NothingIsApplied) {
     bench.set("homing.in0", 1);
     bench.set("z-stage.offset-0", 50 * um);
     bench.set("x-stage.offset-0", 30 * um);
-    bench.command("unlinkp x-stage.enable");
-    bench.set("x-stage.enable", 1);
     for (int n = 0; n < 3; ++n) {
         machine.start_cycle();
         bench.run(1);
@@ -265,25 +253,6 @@ TEST(InterlockWithStages, StartIsNoFault) {
     for (const char* stage : {"x", "u", "z", "y"})
         machine.bench.expect("fault == 0", {{"fault", std::string(stage) + "-stage.fault-code"}});
     machine.bench.run(1);
-}
-
-TEST(InterlockWithStages, ServiceThatDiesTakesItsOffsetBackAndNoOther) {
-    Machine machine;
-    Bench& bench = machine.bench;
-    bench.set("interlock.function-services-1", 0);
-    machine.hold_offsets();
-    bench.set("interlock.service-ready-0", 0);
-    bench.run(1);
-    EXPECT_EQ(bench.get("z-stage.fault-code"), 0);
-    EXPECT_NEAR(bench.get("z-offset"), 0, count);
-    EXPECT_NEAR(bench.get("x-stage.applied-offset"), 30 * um, 1e-12);
-    bench.set("interlock.service-ready-0", 1);
-    bench.run(1);
-    EXPECT_NEAR(bench.get("z-offset"), 0, count);
-    machine.start_cycle();
-    bench.run(1);
-    EXPECT_NEAR(bench.get("z-offset"), 50 * um, count);
-    EXPECT_NEAR(bench.get("y-offset"), 40 * um, count);
 }
 
 INSTANTIATE_TEST_SUITE_P(How, InterlockGone, testing::Values(Gone::unloaded, Gone::not_called),

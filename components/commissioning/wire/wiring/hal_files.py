@@ -53,8 +53,8 @@ class HalFiles:
             lines.append("# This machine is simulated: its functions act without plumb commission.")
         lines.append("")
         for module, instances in self.modules.shared():
-            unit = self._value(UNIT) if module in STAGES else ""
-            lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), unit)).rstrip())
+            options = self._value(UNIT) if module in STAGES else next((p.options[module] for p in self.parts.all if module in p.options), "")
+            lines.append(("loadrt %s names=%s %s" % (module, ",".join(instances), options)).rstrip())
         early = [part for part in self.all_parts if not part.is_late]
         lines += ["", *self._programs(early)]
         taken = [*self.parts.freed, *self.signals.unlinked]
@@ -160,7 +160,8 @@ class HalFiles:
     @property
     def behind(self):
         """The functions behind motion-controller, in the order of the data."""
-        names = [name for function in self.functions for name in function.updates]
+        names = [name for part in self.all_parts for name in part.first]
+        names += [name for function in self.functions for name in function.updates]
         names += [name for part in self.all_parts for name in part.after]
         return names + [name for part in self.all_parts for name in part.last]
 

@@ -1,25 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """interlock, which stands between the functions, their stages, plumb-retain and LinuxCNC. It is loaded once."""
 
-import plumb
 from stages import Part, instance
 
 RETAIN, LINK, TASK_AND_IO = 1, 2, 16 + 32  # the services of interlock, as sums
-
-
-def room(row):
-    """The number of functions, or of stages, that interlock serves: its pins function-enable-N, stage-fault-N."""
-    return sum(pin.startswith(row + "-") for pin in plumb.declarations("interlock")["pins"])
+MOST_FUNCTIONS, MOST_STAGES = 16, 17  # rows of interlock
 
 
 def problems(functions, stages):
     """A sentence for each row of interlock that is too short."""
     instances = [name for part in stages for names in part.modules.values() for name in names]
-    rows = (("functions", "function-enable", [function.name for function in functions]), ("stages", "stage-fault", instances))
+    rows = (("functions", MOST_FUNCTIONS, [function.name for function in functions]), ("stages", MOST_STAGES, instances))
     sentence = "interlock serves %d %s, and there are %d: %s. Wire fewer functions."
-    return [
-        sentence % (room(row), kind, len(names), ", ".join(names)) for kind, row, names in rows if len(names) > room(row)
-    ]
+    return [sentence % (most, kind, len(names), ", ".join(names)) for kind, most, names in rows if len(names) > most]
 
 
 def switch(number):
@@ -30,6 +23,7 @@ def switch(number):
 def interlock(functions, stages, has_operation):
     """The interlock of these functions and of the Parts of their stages."""
     part = Part("interlock: permits the functions, arms the stages, holds LinuxCNC back", {"interlock": ["interlock"]})
+    part.options["interlock"] = "functions=%d stages=%d" % (functions[-1].number + 1, len(stages))
     part.nets = [
         ["motion-enabled", "motion.motion-enabled", "=>", "interlock.motion-enabled"],
         ["all-homed", "motion.is-all-homed", "=>", "interlock.all-homed"],
@@ -42,19 +36,12 @@ def interlock(functions, stages, has_operation):
         number = function.number
         part.setp += _services(number, function)
         part.setp.append(("interlock.function-stages-%d" % number, _stages(function, stages)))
-        part.nets.append([function.interlock["enable"], "interlock.function-enable-%d" % number])
-        part.nets.append([function.interlock["status"], "interlock.function-status-%d" % number])
-        busy = function.interlock.get("busy", "program-running")
-        part.nets.append([busy, "=>", "interlock.function-busy-%d" % number])
-        for name in ("settling", "ramping"):
-            if name in function.interlock:
-                part.nets.append([function.interlock[name], "=>", "interlock.function-%s-%d" % (name, number)])
+        part.nets.append([function.interlock["permit"], "interlock.function-permit-%d" % number])
+        part.nets.append([function.interlock["state"], "=>", "interlock.function-state-%d" % number])
     for number, stage in enumerate(stages):
         name = instance(stage)
-        part.setp.append((name + ".row", number))
         part.nets.append([name + "-permit", "interlock.stage-permit-%d" % number, "=>", name + ".permit"])
-        for name, signal in stage.reports.items():
-            part.nets.append([signal, "=>", "interlock.stage-%s-%d" % (name, number)])
+        part.nets.append([name + "-state", name + ".state", "=>", "interlock.stage-state-%d" % number])
     part.nets += [
         ["wait", "interlock.feed-inhibit", "=>", "motion.feed-inhibit", "motion.feed-hold"],
         ["no-homing", "interlock.homing-inhibit", "=>", "motion.homing-inhibit"],
@@ -66,7 +53,7 @@ def interlock(functions, stages, has_operation):
             _stroke(part)
     if any("axis_offset" in stage.modules for stage in stages):
         _arm(part)
-    part.last = ["interlock.update"]
+    part.first = ["interlock.update"]
     return part
 
 

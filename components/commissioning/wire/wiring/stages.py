@@ -10,11 +10,12 @@ class Part:
 
     title: str
     modules: dict = dataclasses.field(default_factory=dict)  # instances of each
+    options: dict = dataclasses.field(default_factory=dict)  # of the load line of each
     programs: dict = dataclasses.field(default_factory=dict)  # the words of loadusr for each component
     setp: list = dataclasses.field(default_factory=list)
     nets: list = dataclasses.field(default_factory=list)  # words of net
-    reports: dict = dataclasses.field(default_factory=dict)  # of a stage: the signal for each input of interlock
     before: list = dataclasses.field(default_factory=list)  # motion-controller
+    first: list = dataclasses.field(default_factory=list)  # after motion-controller
     after: list = dataclasses.field(default_factory=list)  # the functions
     last: list = dataclasses.field(default_factory=list)
     is_late: bool = False  # loaded after the functions
@@ -40,12 +41,7 @@ def joint_stage(prefix, joint, sources, machine):
         [prefix + "-motor-cmd", stage + ".drive-command"],
         [prefix + "-motor-fb", "=>", stage + ".drive-feedback"],
         [prefix + "-joint-fb", stage + ".joint-feedback", "=>", "joint.%d.motor-pos-fb" % joint],
-        [prefix + "-in-force", stage + ".inhibit-homing"],
-        [prefix + "-ramping", stage + ".ramping"],
-        [prefix + "-fault", stage + ".fault"],
-        [prefix + "-limited", stage + ".limited"],
     ]
-    part.reports = {report: "%s-%s" % (prefix, report) for report in ("in-force", "ramping", "fault", "limited")}
     part.before, part.after = [stage + ".update-feedback"], [stage + ".update"]
     return part
 
@@ -63,6 +59,7 @@ def let_strokes_through(part, prefix, joint, machine, strokes):
     part.setp += [("%s.%s" % (stage, name), "%g" % value) for name, value in wide.items()]
     part.setp += [("%s.release-at-off-%d" % (stage, index), "1") for index in strokes]
     part.nets.append([prefix + "-measured", "joint.%d.pos-fb" % joint])
+    part.nets.append([prefix + "-limited", stage + ".limited"])
     part.nets.append([prefix + "-released", stage + ".released"])
 
 
@@ -85,14 +82,7 @@ def axis_stage(letter, source, clear):
         ["offset-limited", "motion.eoffset-limited", "=>", stage + ".offset-limited"],
         [letter + "-applied-offset", stage + ".applied-offset"],
         [letter + "-uncompensated", stage + ".uncompensated"],
-        [letter + "-probing-refused", stage + ".probing-refused"],
-        [own + "-in-force", stage + ".in-force"],
-        [own + "-ramping", stage + ".ramping"],
-        [own + "-fault", stage + ".fault"],
-        [own + "-limited", stage + ".limited"],
     ]
-    part.reports = {report: "%s-%s" % (own, report) for report in ("in-force", "ramping", "fault", "limited")}
-    part.reports.update({report: "%s-%s" % (letter, report) for report in ("uncompensated", "probing-refused")})
     part.after = [stage + ".update"]
     return part
 
@@ -145,13 +135,11 @@ def link():
 
 
 def commissioning(functions, stages, limit):
-    """interlock holds each function and each stage until it has passed plumb commission. A trial moves a stage by its last source,
-    by at most `limit`. The stages are the Parts, in the order of their numbers at interlock."""
+    """interlock holds each function and each stage until it has passed plumb commission. A trial moves a stage by at most
+    `limit`. The stages are the Parts, in the order of their numbers at interlock."""
     part = Part("Nothing acts before it has passed plumb commission")
     part.setp = [("interlock.commissioning", "true"), ("interlock.trial-limit", "%g" % limit)]
-    for number, stage in enumerate(stages):
-        name = instance(stage)
-        part.nets.append([name + "-trial", "interlock.stage-trial-%d" % number, "=>", name + ".offset-3"])
+    part.nets = [["trial", "interlock.trial", "=>", *(instance(stage) + ".trial" for stage in stages)]]
     return part
 
 

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Lines of a machine's HAL files that name pins of Plumb which there are no more, and what to write instead. LinuxCNC does not load
+such a file, so nothing has to run."""
+
+import collections
+import os
+import re
+
+import hal_text
+import plumb
+
+Finding = collections.namedtuple("Finding", "path line pin instead")
+STAGE = "net NAME-state NAME.state => interlock.stage-state-{0}, once for all that the stage says"
+FUNCTION = "net NAME-state NAME.state => interlock.function-state-{0}, once for all that the function says"
+PERMIT = "net NAME-permit interlock.function-permit-{0} => NAME.permit, with NAME for the function"
+BY_PERMIT = "net NAME-permit interlock.function-permit-N => {instance}.permit, with the N of the function; or load it with interlock=no"
+# Of each module: the former pin, and what to write.
+INSTEAD = {
+    "interlock": (
+        (r"stage-(?:in-force|ramping|uncompensated|probing-refused|fault|limited)-(\d+)", STAGE),
+        (r"stage-(?:enable|trial)-(\d+)", "net trial interlock.trial => x-stage.trial, once for all stages; the permit enables them"),
+        (r"function-(?:busy|settling|ramping)-(\d+)", FUNCTION),
+    ),
+    "joint_offset": ((r"row", "nothing: a stage takes the row of its permit"), (r"enable|heartbeat", "nothing, with interlock; or load it with interlock=no")),
+    "axis_offset": ((r"row", "nothing: a stage takes the row of its permit"), (r"enable|heartbeat|arm", "nothing, with interlock; or load it with interlock=no")),
+    "centre_height": ((r"automatic", "nothing: the permit of interlock says it"), (r"interlock-status|enable", BY_PERMIT)),
+    None: ((r"interlock-status|enable", BY_PERMIT),),  # all others
+}
+
+
+def findings(ini, folder):
+    """A Finding for each word of the HAL files of an INI file that names no pin of the module of its instance."""
+    lines = [(path, number, command) for path in hal_text.halfiles(ini, folder) if path.endswith(".hal") for number, command in _commands(path)]
+    modules = {}  # by instance: its module, and the options of its line
+    for _path, _number, words in lines:
+        if words[0] == "loadrt" and len(words) > 1 and _declared(words[1]):
+            options = dict(word.split("=", 1) for word in words[2:] if "=" in word)
+            for place, name in enumerate(options.get("names", "").split(",")):
+                given = options.get("interlock", "yes").split(",")
+                modules[name] = (words[1], given[place if place < len(given) else 0])
+    found = []
+    for path, number, words in lines:
+        if words[0] not in ("net", "setp", "unlinkp", "linksp", "linkps", "linkpp", "sets"):
+            continue
+        for word in words[1:]:
+            instance, _dot, short = word.rpartition(".")
+            if instance in modules and not _exists(*modules[instance], short):
+                found.append(Finding(path, number, word, _instead(modules[instance][0], instance, short)))
+    return found
+
+
+def sentences(ini, folder):
+    return ["%s:%d names %s, which this Plumb has no more. Write %s." % (os.path.relpath(path, folder), line, pin, instead)
+            for path, line, pin, instead in findings(ini, folder)]
+
+
+def _commands(path):
+    with open(path, encoding="utf-8", errors="surrogateescape") as file:
+        for number, line in enumerate(file, 1):
+            words = line.split("#")[0].split()
+            if words:
+                yield number, words
+
+
+def _declared(module):
+    try:
+        return plumb.declarations(module)["pins"]
+    except (FileNotFoundError, ValueError):
+        return None
+
+
+def _exists(module, interlock, short):
+    pin = _declared(module).get(short)
+    option = (pin or {}).get("only_with", "")
+    return pin is not None and (not option.startswith("interlock=") or option == "interlock=" + interlock)
+
+
+def _instead(module, instance, short):
+    for pattern, text in (*INSTEAD.get(module, ()), *INSTEAD[None]):
+        match = re.fullmatch(pattern, short)
+        if match:
+            return text.format(*match.groups(), instance=instance)
+    return "what man 9 %s says of its pins" % module
