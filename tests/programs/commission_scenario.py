@@ -7,6 +7,7 @@
 
 import contextlib
 import os
+import re
 import subprocess
 import sys
 import time
@@ -58,8 +59,8 @@ class Machine(Scenario):
             self.patiently(self.machine.turn_off)
             for line in undo:
                 self.do(line)
-            for pin in ("function-passed-0", "function-passed-1", *("stage-passed-%d" % number for number in range(5))):
-                self.host.set("interlock." + pin, 0)
+            for pin in re.findall(r"interlock\.(?:function|stage)-passed-\d+", subprocess.run(["halcmd", "-s", "show", "pin"], stdout=subprocess.PIPE, text=True, check=True).stdout):
+                self.host.set(pin, 0)
         found["after"] = self.host.get("interlock.function-passed-0")
         return found
 

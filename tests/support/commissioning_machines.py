@@ -24,8 +24,7 @@ def portal_drives():
 CHOPPING = (
     "net z-measured joint.2.pos-fb", "net z-released z-stage.released", "net z-chop => z-stage.offset-1",
     "setp interlock.function-stages-2 4", "setp interlock.function-services-2 48", "setp interlock.function-urgent-2 48",
-    "net chop-on interlock.function-enable-2", "net chop-permission interlock.function-status-2", "net chop-active => interlock.function-busy-2",
-    "net chop-waits => interlock.function-settling-2", "setp z-stage.release-at-off-1 1", "setp z-stage.max-offset 5", "setp z-stage.max-rate 2",
+    "net chop-permit interlock.function-permit-2", "net chop-state => interlock.function-state-2", "net z-limited z-stage.limited", "setp z-stage.release-at-off-1 1", "setp z-stage.max-offset 5", "setp z-stage.max-rate 2",
     "setp chop.max-feed 2", "setp chop.max-acceleration 20", "setp chop.jerk-time 0.02", "setp chop.max-following-error 1",
     "setp chop.min-limit [JOINT_2]MIN_LIMIT", "setp chop.max-limit [JOINT_2]MAX_LIMIT", "setp chop.taper 3",
 )
@@ -61,8 +60,7 @@ def prepared(folder, function):
         name = "fault-" + pin.replace(".", "-")
         lines += ["unlinkp " + pin, "net %s => %s.in0" % (signal, name), "net %s %s.out => %s" % (name, name, pin), "addf %s servo-thread 1" % name]
     lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25"]
-    for number, stage in enumerate(its.stages):
-        lines.append("net %s-trial interlock.stage-trial-%d => %s.offset-3" % (stage, number, stage))
+    lines.append("net trial interlock.trial " + " ".join(stage + ".trial" for stage in its.stages))
     lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
     lines += CHOPPING if its.strokes else ()
     with open(os.path.join(machine, "commissioning.hal"), "w") as file:
@@ -74,9 +72,6 @@ def prepared(folder, function):
         own["RS274NGC"] = STROKES
         its_folder = os.path.join(machine, "functions", "chopping")
         shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", "chopping"), its_folder)
-        with open(os.path.join(its_folder, "chopping_messages.toml")) as messages, open(os.path.join(machine, "messages.toml"), "a") as file:
-            text = messages.read()
-            file.write(text[text.index("[[message]]") :])
         with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:
             file.write(order.read().replace("  square.update\n", "  square.update\n  chop.update\n"))
         files = ["functions/chopping/chopping.hal", "commissioning.hal", "shop_order.tcl"]

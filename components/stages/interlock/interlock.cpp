@@ -61,9 +61,9 @@ struct Interlock final : hal::Component {
     hal::In<double> operation_key{this, "operation-key", 0, "1",
                                   "Key of the operation, which the program sets by M68."};
     hal::Option<int> number_of_functions{this, "functions", 1,
-                                         "Number of functions, 1 to 16: the rows function-...-N.", {"16"}};
+                                         "Number of functions, 0 to 16: the rows function-...-N.", {"16"}};
     hal::Option<int> number_of_stages{this, "stages", 1,
-                                      "Number of stages, 1 to 17: the rows stage-...-N.", {"17"}};
+                                      "Number of stages, 0 to 17: the rows stage-...-N.", {"17"}};
     Services services{this};
     Functions functions{this, rows("functions", number_of_functions, Functions::most),
                         rows("stages", number_of_stages, Stages::most)};
@@ -210,8 +210,8 @@ private:
     };
 
     static std::size_t rows(const char* option, int given, std::size_t most) {
-        if (given < 1 || given > static_cast<int>(most))
-            throw std::invalid_argument(std::string(option) + "=" + std::to_string(given) + ": give 1 to " +
+        if (given < 0 || given > static_cast<int>(most))
+            throw std::invalid_argument(std::string(option) + "=" + std::to_string(given) + ": give 0 to " +
                                         std::to_string(most));
         return static_cast<std::size_t>(given);
     }

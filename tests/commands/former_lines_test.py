@@ -1,0 +1,55 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""plumb wire --check names the lines that LinuxCNC refuses after an update of Plumb, and what to write. Nothing has to run."""
+
+import os
+import unittest
+
+from tree import ROOT, own_folder
+from wire_sample import plumb_wire, write
+
+FORMER = """\
+loadrt interlock names=interlock functions=1 stages=2
+loadrt squareness names=square
+loadrt joint_offset names=x-stage,y-stage interlock=yes,no
+loadrt and2 names=row
+net square-on interlock.function-enable-0 => square.enable
+net square-permission interlock.function-status-0 => square.interlock-status
+net program => interlock.function-busy-0
+net x-in-force x-stage.inhibit-homing => interlock.stage-in-force-0   # a stage
+setp x-stage.row 0
+setp y-stage.enable true
+setp y-stage.max-offset 0.1
+net spare row.out => x-stage.offset-0
+"""
+
+
+class FormerLines(unittest.TestCase):
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.ini = os.path.join(self.folder, "my.ini")
+        write(self.ini, "[EMC]\nMACHINE = mine\n[HAL]\nHALFILE = my.hal\n")
+
+    def check(self, lines):
+        write(os.path.join(self.folder, "my.hal"), lines)
+        return plumb_wire("--check", "--ini", self.ini)
+
+    def test_each_former_pin_is_named_with_its_line_and_what_to_write(self):
+        status, output, _line = self.check(FORMER)
+        self.assertEqual(status, 1)
+        said = [line.split(" names ")[0].strip() + " " + line.split(" names ")[1].split(",")[0] for line in output.splitlines() if " names " in line]
+        self.assertEqual(said, ["my.hal:5 square.enable", "my.hal:6 square.interlock-status", "my.hal:7 interlock.function-busy-0",
+                                "my.hal:8 interlock.stage-in-force-0", "my.hal:9 x-stage.row"])
+        for words in ("net NAME-permit interlock.function-permit-N => square.permit", "interlock.function-state-0", "interlock.stage-state-0",
+                      "a stage takes the row of its permit"):
+            self.assertIn(words, output)
+
+    def test_the_lines_of_today_are_not_named(self):
+        for folder, name in (("mill", "stages.hal"), ("portal", "stages.hal"), ("lathe", "by_hand.hal"), ("grinder", "extra.hal")):
+            with open(os.path.join(ROOT, "configs", folder, name), encoding="utf-8") as file:
+                _status, output, _line = self.check(file.read())
+            self.assertNotIn(" names ", output, name)
+
+
+if __name__ == "__main__":
+    unittest.main()
