@@ -109,7 +109,7 @@ def _return(press, presses, outputs, on, recording):
         if not len(window) or shares:
             continue
         if not on[press.end : end].all():
-            held = window[on[begin:end] == 0]
+            held = output[begin:following][~on[begin:following]]
             if press.function != STROKES and len(held) and np.ptp(held) > STILL:
                 findings.append((press.end, "%s moved by %.4f with the machine off" % (STAGES[number], np.ptp(held))))
         elif press.function == STROKES:
