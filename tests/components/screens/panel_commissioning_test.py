@@ -82,20 +82,20 @@ class Commissioning(unittest.TestCase):
             pass
         time.sleep(0.05)  # no faster than the panel beats
 
-    def retain(self, **passed):
+    def retain(self, instance="commissioned", **values):
         """plumb-retain with a store of before it was bound to a computer."""
-        values = {"interlock.%s" % name.replace("_", "-"): value for name, value in passed.items()}
-        rest = 'machine = "test"\n\n[pins]\n%s\n[records]\n' % "".join('"%s" = %d\n' % item for item in values.items())
+        values = {name.replace("_", "-").replace("-", ".", 1): value for name, value in values.items()}
+        rest = 'machine = "test"\n\n[pins]\n%s\n[records]\n' % "".join('"%s" = %r\n' % item for item in values.items())
         toml = 'machine = "test"\nbound = true\nevery = 0.05\npins = [%s]\n' % ", ".join('"%s"' % name for name in values)
-        for name, text in (("machine-id", "0123456789abcdef\n"), ("passed.toml", toml),
-                           ("passed.retained", "# retain 1, CRC-32 of the rest: %08x\n%s" % (zlib.crc32(rest.encode()), rest))):
+        for name, text in (("machine-id", "0123456789abcdef\n"), (instance + ".toml", toml),
+                           (instance + ".retained", "# retain 1, CRC-32 of the rest: %08x\n%s" % (zlib.crc32(rest.encode()), rest))):
             with open(os.path.join(self.folder, name), "w") as file:
                 file.write(text)
-        self.host.halcmd("loadusr", "-Wn", "commissioned", "env", "XDG_STATE_HOME=" + self.folder, "PLUMB_MACHINE_ID=%s/machine-id" % self.folder,
-                         os.path.join(BUILD, "bin", "plumb-retain"), "commissioned", "--file", os.path.join(self.folder, "passed.toml"))
+        self.host.halcmd("loadusr", "-Wn", instance, "env", "XDG_STATE_HOME=" + self.folder, "PLUMB_MACHINE_ID=%s/machine-id" % self.folder,
+                         os.path.join(BUILD, "bin", "plumb-retain"), instance, "--file", os.path.join(self.folder, instance + ".toml"))
 
     def kept(self):
-        with open(os.path.join(self.folder, "passed.retained")) as file:
+        with open(os.path.join(self.folder, "commissioned.retained")) as file:
             return {name: int(value) for name, value in re.findall(r'^"interlock\.(\S+)" = (\S+)$', file.read(), re.M)}
 
     def hold(self, finger):
@@ -109,18 +109,20 @@ class Commissioning(unittest.TestCase):
         while not self.host.get("interlock.stage-identity-0"):
             self.between()
         identity = self.host.get("interlock.stage-identity-0")
-        self.retain(stage_passed_0=identity)
+        self.retain(interlock_stage_passed_0=identity)
+        self.retain("panel-settings", square_ec0y=0.0002)
         finger = self.panel()
         finger.press("Commissioning")
         finger.await_text("The store, or this computer, has no machine-id.")
         finger.await_text("stage x-stage has not passed, and is held.")
-        self.assertEqual(self.host.get("interlock.stage-passed-0"), 0)
+        self.assertEqual([self.host.get(pin) for pin in ("interlock.stage-passed-0", "square.ec0y")], [0, 0])
         finger.press("It is this machine: take over what passed")
         finger.await_text("What passed counts again on this computer.")
         finger.until(lambda: self.host.get("interlock.stage-passed-0") == identity, "the restored pass")
+        self.assertEqual(self.host.get("square.ec0y"), 0.0002, "one answer counts for all stores")
 
     def test_a_stage_moves_while_the_finger_presses_and_passes_by_its_readings(self):
-        self.retain(stage_passed_0=7, stage_passed_1=9)  # which the pass of today replaces
+        self.retain(interlock_stage_passed_0=7, interlock_stage_passed_1=9)  # which the pass of today replaces
         finger = self.panel()
         finger.press("Commissioning")
         finger.await_text("stage x-stage has not passed, and is held.")
