@@ -138,7 +138,7 @@ class Settling(unittest.TestCase):
             ("in_a_cut", 6, "The tool changed in a cut."),
         ):
             self.assertIn(code, self.shift["square.unsettled-code"][self.rows[scene]], scene)
-            self.assertEqual(self.messages[scene], [EARLY + why + CHECK], scene)
+            self.assertEqual(self.messages[scene], [EARLY + why.replace("settling-time", "settling time (10 s)") + CHECK], scene)
         settled = np.count_nonzero(self.shift["square.settling"][self.last_change("late") : self.rows["late"][-1]]) * PERIOD
         self.assertAlmostEqual(settled, 0.3, delta=2 * PERIOD)
 
