@@ -84,7 +84,7 @@ def head(diameter):
 def row(case, outcome):
     """Of the moves: residual, reported sigma. Of all heights: their errors by sigma. The share refused; moves that made it worse."""
     moved = outcome.moved
-    refused = np.mean(~moved & ((outcome.fault > 0) | (outcome.hold > 0)))  # the others are on centre
+    refused = np.mean(~moved & (outcome.detail > 0))  # the others are on centre
     if not moved.any():
         return f"    {name_of(case):44}{'':32}{refused:>9.1%}"
     residual, sigma = outcome.residual[moved], outcome.sigma[moved]
@@ -161,7 +161,7 @@ def on_centre_of(case, outcome):
 
 def slip_row(case, outcome):
     its = outcome.values
-    fault, moved, centred = (its[name] > 0 for name in ("fault-code", "move-allowed", "on-centre"))
+    fault, moved, centred = (its[name] > 0 for name in ("fault", "move-allowed", "on-centre"))
     stored = moved | (its["x-allowed"] > 0)
     bad = moved & (np.abs(its["height"] - outcome.truth) > np.abs(outcome.truth))
     numbers = (fault.sum(), np.sum(~fault & ~stored & ~centred), np.sum(stored & ~bad), bad.sum(), centred.sum())
@@ -208,13 +208,13 @@ def second(seed, count, place):
 
 def write_lathes(path, results):
     header = ["diameter_mm", "method", "clearance_deg", "built_up_edge_um", "micrometer"]
-    header += ["effective_height_um", "height_um", "sigma_um", "moved", "fault", "hold"]
+    header += ["effective_height_um", "height_um", "sigma_um", "moved", "fault", "detail"]
     write_rows(path, header, (each for case, outcome in results for each in lathe_rows(case, outcome)))
 
 
 def lathe_rows(case, outcome):
     its = [case.diameter, case.method, case.clearance, round(1000 * case.edge), int(case.micrometer)]
-    for values in zip(outcome.truth, outcome.height, outcome.sigma, outcome.moved, outcome.fault, outcome.hold):
+    for values in zip(outcome.truth, outcome.height, outcome.sigma, outcome.moved, outcome.fault, outcome.detail):
         yield its + [f"{value:.4f}" for value in values[:3]] + [int(value) for value in values[3:]]
 
 

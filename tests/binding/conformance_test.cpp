@@ -64,19 +64,22 @@ bool has_output(const hal::Declarations& declared, const std::string& name) {
                        [&](const hal::PinInfo& pin) { return pin.output && pin.name == name; });
 }
 
-// Errors in what is told when a bit rises.
+// Errors in what is told when a bit rises, and in the pins that sentences name in braces.
 Complaints about_told(const hal::Declarations& declared) {
     Complaints result;
+    std::vector<std::string> sentences;
+    for (const hal::CodesInfo& codes : declared.codes)
+        for (const auto& [number, text] : codes.sentences) sentences.push_back(text);
     for (const hal::ToldInfo& told : declared.told) {
         if (!has_output(declared, told.pin)) result.push_back("told: there is no pin " + told.pin);
-        const std::regex braces("\\{([^}]*)\\}");
-        for (std::sregex_iterator each(told.sentence.begin(), told.sentence.end(), braces), end; each != end;
-             ++each)
-            if (!has_output(declared, (*each)[1]))
-                result.push_back("told: there is no pin " + (*each)[1].str());
         if (told.sentence.front() != '{' && !sentence(told.sentence))
             result.push_back("told: not one sentence: " + told.sentence);
+        sentences.push_back(told.sentence);
     }
+    const std::regex braces("\\{([^}]*)\\}");
+    for (const std::string& text : sentences)
+        for (std::sregex_iterator each(text.begin(), text.end(), braces), end; each != end; ++each)
+            if (!has_output(declared, (*each)[1])) result.push_back("there is no pin " + each->str());
     return result;
 }
 

@@ -91,8 +91,8 @@ class Lathe(unittest.TestCase):
         write(ini, text.replace("HALFILE = plumb/order.tcl", "HALFILE = plumb/order.tcl\nHALFILE = on.hal"))
         command = [os.path.join(BUILD, "bin", "plumb"), "run", "--speed", "5", "--", "linuxcnc", "-r", ini, "inch.ngc", "cuts.ngc"]
         done = subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
-        self.assertIn("Not known well enough: cut again. cuts-needed and remedy-code give the cuts.", done.stdout + done.stderr)
-        self.assertIn("X of the tool is wrong. M454 stores X; Y stays.", done.stdout + done.stderr)
+        self.assertIn("The height is not known well enough.", done.stdout + done.stderr)
+        self.assertIn("X of the tool is wrong.", done.stdout + done.stderr)
         self.assertIn("M455 moves Y, which this machine does not have", done.stdout + done.stderr)
         # The tip that turns 0.4 in, then the tip that turns 10 mm, each at its height.
         by_inches = math.sqrt(0.2**2 - 0.016**2) - 0.2008

@@ -13,6 +13,9 @@ from linuxcnc_runs import own_folder, read_recording
 from starts import starts
 
 
+MORE_CUTS = 41  # of detail-code
+
+
 class Shift(unittest.TestCase):
     """One start of LinuxCNC, in which programs/lathe_scenario.py works through all scenes."""
 
@@ -117,12 +120,12 @@ class Shift(unittest.TestCase):
 
     def test_height_at_rest_is_told_from_the_one_under_the_cut(self):
         truth = self.shift["lathe.truth-bend"][self.rows["bend"]].max()
-        under_cut, _, hold = self.facts["bend"]
+        under_cut, _, detail = self.facts["bend"]
         self.assertFalse(self.facts["known"])
-        self.assertEqual(hold, 0)
-        at_rest, bend, hold = self.facts["bend H3"]
+        self.assertEqual(detail, 0)
+        at_rest, bend, detail = self.facts["bend H3"]
         self.assertTrue(self.facts["known H3"])
-        self.assertEqual(hold, 7)
+        self.assertEqual(detail, 37)
         self.assertAlmostEqual(bend, at_rest - under_cut, delta=1e-6)
         self.assertGreater(bend, 0.6 * truth)  # nine tenths of it are tangential
         self.assertLess(bend, 1.2 * truth)
@@ -158,7 +161,7 @@ class Shift(unittest.TestCase):
                 self.assertAlmostEqual(x, -0.03, delta=2e-5)
 
     def test_height_too_small_to_store_ends_no_program(self):
-        self.assertEqual(self.facts["small"], [[True, 0, True], [False, 3, True]])
+        self.assertEqual(self.facts["small"], [[True, 0, True], [False, MORE_CUTS, True]])
         before, after = self.facts["only X"]
         self.assertAlmostEqual(after[0] - before[0], -0.06, delta=2e-5)
         self.assertEqual(after[1], before[1])
@@ -166,7 +169,7 @@ class Shift(unittest.TestCase):
 
     def test_cuts_that_met_no_stock_are_not_on_centre(self):
         self.assertFalse(self.facts["air on centre"])
-        self.assertEqual(self.facts["unchecked"], [6, False])
+        self.assertEqual(self.facts["unchecked"], [49, False])
 
     def test_abort_leaves_the_table_and_the_operator_goes_on(self):
         self.assertTrue(self.facts["resumed"])

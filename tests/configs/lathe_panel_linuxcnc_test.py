@@ -34,7 +34,7 @@ class Lathe(unittest.TestCase):
 
     def test_a_diameter_that_cannot_be_is_not_sent(self):
         self.assertIn("A tool on centre leaves the diameter 10.198 mm", self.seen["refused"])
-        self.assertEqual(self.seen["state"], 2)
+        self.assertEqual(self.seen["state"], 42)
 
     def test_a_wrong_diameter_has_no_tick_but_a_doubt_and_is_corrected(self):
         self.assertNotIn("\u2714", self.seen["one entry"])

@@ -97,13 +97,13 @@ class Operator:
         self.begin(2)
         for land in (1, 2):
             finger.press("The cut is done")
-            self.until("centre.state-code", 2)
+            self.until("centre.status-code", 42)
             self.machine.wait_until_idle()
             finger.press("Enter the diameter")
             finger.type("10.01")
             finger.press("Enter")
-            self.finger.until(lambda land=land: self.host.get("centre.state-code") == 4 or self.host.get("centre.cut-number") == land, "the entry")
-            if self.host.get("centre.state-code") == 4:
+            self.finger.until(lambda land=land: self.host.get("centre.status-code") == 47 or self.host.get("centre.cut-number") == land, "the entry")
+            if self.host.get("centre.status-code") == 47:
                 break
             self.machine.wait_until_idle()
             if land == 1:
@@ -117,7 +117,7 @@ class Operator:
         finger.press("%d cuts" % lands)
         finger.type("10")
         finger.press("Begin")
-        self.until("centre.state-code", 1)
+        self.until("centre.status-code", 41)
         self.machine.wait_until_idle()
 
     def measure(self, z, lands=2):
@@ -141,7 +141,7 @@ class Operator:
                 finger.type("15")
                 finger.press("Enter")
                 seen["refused"] = finger.await_text("\"15\" is no diameter")
-                seen["state"] = self.host.get("centre.state-code")
+                seen["state"] = self.host.get("centre.status-code")
                 finger.press("Clear")
             wrong = diameter - 0.1 if land == 1 else diameter  # 10.1721 for 10.2721
             finger.type("%.4f" % wrong)
@@ -162,7 +162,7 @@ class Operator:
                     self.correct(1, first, first + 0.1)
                 if lands == 2:
                     self.take_back(first)
-        self.until("centre.state-code", 3)
+        self.until("centre.value-valid", True)
 
     def correct(self, cut, wrong, right):
         """The list of entries has the wrong one; the right one takes its place, and the height is another."""

@@ -184,7 +184,7 @@ class Shift(Scenario):
                 self.machine.mdi("M451")
                 self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step + height)))
             self.machine.mdi("M454")
-            self.facts["small"].append([self.host.get("centre.on-centre"), self.host.get("centre.hold-code"), self.table() == before])
+            self.facts["small"].append([self.host.get("centre.on-centre"), self.host.get("centre.detail-code"), self.table() == before])
         # Only X is wrong.
         before = self.table()["T1"]
         self.machine.mdi("G0 X12 Y0")
@@ -203,7 +203,7 @@ class Shift(Scenario):
             self.machine.mdi("G0 X5 Y%g" % step)
             self.machine.mdi("M451")
             self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step)))
-        self.note("unchecked", self.host.get(["centre.verdict-code", "centre.on-centre"]))
+        self.note("unchecked", self.host.get(["centre.status-code", "centre.on-centre"]))
         self.host.set("centre.stock-diameter", 10.6)
         self.machine.mdi("G0 X12 Y0")
 
@@ -211,7 +211,7 @@ class Shift(Scenario):
         before = self.table()
         self.first_cut(1)
         self.machine.abort()
-        self.await_pin("centre.state-code", 5)
+        self.await_pin("centre.status-code", 48)
         self.machine.mdi("M453")
         self.note("resumed", self.host.get("centre.measure"))
         self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5.03, 1 + STORED)))
@@ -278,7 +278,7 @@ class Shift(Scenario):
                 self.halt(None)
                 self.await_condition(lambda: host.get(["centre.measure", "centre.cut-number"]) == [True, 1], step)
             machine.abort()
-            self.await_pin("centre.state-code", 5)
+            self.await_pin("centre.status-code", 48)
             self.halt(None)
             its["idle"] = host.get(["centre.value-valid", "centre.move-allowed", "centre.measure"])
             its["store"] = self.refused("M454")
@@ -301,7 +301,7 @@ class Shift(Scenario):
         self.await_pin("lathe.truth-cutting", True)
         machine.abort()
         self.halt(None)
-        self.await_pin("centre.state-code", 5)
+        self.await_pin("centre.status-code", 48)
         self.note("units after an abort", [code / 10 for code in machine.poll().gcodes])
         machine.mdi("G8 G21")
         machine.mdi("T2 M6 G43 M3 S1000")
@@ -313,7 +313,7 @@ class Shift(Scenario):
         inputs = self.host.get(["centre.cut-number", "lathe.truth-cutting", "centre.measure", "centre.value-valid"])
         taken, *others = inputs
         wanted = MEASURE if STEPS[step] is None else STEPS[step]
-        if step == "begun" and self.host.get("centre.state-code") != 1:
+        if step == "begun" and self.host.get("centre.status-code") != 41:
             return False
         return sum(1 << k for k, bit in enumerate([taken > 0, *others]) if bit) in (wanted, wanted | CUTTING)
 
@@ -341,7 +341,7 @@ class Shift(Scenario):
         self.note("load", self.refused("M3 S1000", "M450 P1 Q2 D10 E10.6", "M451"))
         self.begin_lands()
         self.machine.wait_until_idle()
-        self.note("load of a cut", self.host.get("centre.fault-code"))
+        self.note("load of a cut", self.host.get("centre.detail-code"))
         self.host.set("centre.least-load", 0)
 
     def bend(self):
@@ -351,7 +351,7 @@ class Shift(Scenario):
         for words in ("", " H3"):
             self.begin_lands(None, LANDS + words)
             self.machine.wait_until_idle()
-            self.facts["bend" + words] = self.host.get(["centre.height", "centre.bend", "centre.hold-code"])
+            self.facts["bend" + words] = self.host.get(["centre.height", "centre.bend", "centre.detail-code"])
             self.facts["known" + words] = self.host.get("centre.bend-known")
         self.note("at rest", self.refused("M454"))
         self.host.set("lathe.cutting-force", 5)
@@ -419,7 +419,7 @@ class Shift(Scenario):
         for side in (-1, 1):
             for block in ("G0 X4 Y0", "M450 P0 Q2 E1 K%d" % side):
                 self.machine.mdi(block)
-            self.note("word %d" % side, self.host.get(["centre.program-sign", "centre.fault-code", "axis.y.pos-cmd"]))
+            self.note("word %d" % side, self.host.get(["centre.program-sign", "centre.fault", "axis.y.pos-cmd"]))
         self.note("axis word", [self.refused("M450 P0 Q2 E1 Y1"), self.host.get("axis.y.pos-cmd")])
         self.note("lands need D", self.refused("M450 P1 Q2"))
 
@@ -429,7 +429,7 @@ class Shift(Scenario):
         self.first_cut(1)
 
     def restarted(self):
-        self.note("state", self.host.get(["centre.state-code", "centre.value-valid", "centre.measure"]))
+        self.note("state", self.host.get(["centre.cut-number", "centre.value-valid", "centre.measure"]))
         self.turn_on()
         self.note("nothing to continue", self.refused("M453"))
         self.note("nothing to store", self.refused("M454"))

@@ -10,7 +10,7 @@ from scenario import Scenario, run
 
 
 class Twin(Scenario):
-    columns = ["scene", "lathe.truth-cutting", "second.truth-cutting", "lathe.truth-bend", "second.truth-bend", "centre.state-code"]
+    columns = ["scene", "lathe.truth-cutting", "second.truth-cutting", "lathe.truth-bend", "second.truth-bend", "centre.status-code"]
 
     def work(self):
         self.play(self.turn_on, self.together, self.finish, self.other_offsets, self.stations)

@@ -35,7 +35,7 @@ class Configuration(unittest.TestCase):
                 host.set("trial." + name, value)
             host.command("start")
             host.run(10)
-            self.assertEqual(host.get(["trial.done", "centre.fault-code", "centre.hold-code"]), [True, 0, 0])
+            self.assertEqual(host.get(["trial.done", "centre.fault", "centre.detail-code"]), [True, 0, 0])
             height, diameter = host.get(["lathe.truth-height", "lathe.truth-diameter"])
             return 1000 * height, 1000 * (diameter - host.get("trial.finish-diameter"))
 
@@ -113,7 +113,7 @@ class SecondPlant(unittest.TestCase):
     def shares(self, outcome):
         its = outcome.values
         stored = (its["move-allowed"] > 0) | (its["x-allowed"] > 0)
-        return {"refused": np.mean(its["fault-code"] > 0), "stored": np.mean(stored), "centre": np.mean(its["on-centre"] > 0)}
+        return {"refused": np.mean(its["fault"] > 0), "stored": np.mean(stored), "centre": np.mean(its["on-centre"] > 0)}
 
     def test_heights_are_right_and_sigma_is_honest_with_burrs_and_without(self):
         for burrs in (False, True):

@@ -78,8 +78,8 @@ struct CentreHeight final : hal::Component {
         taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
-        status = status_of({procedure_.state(), procedure_.fault(), procedure_.verdict().verdict,
-                            status.of_interlock(), procedure_.hold()});
+        status = status_of(
+            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock()});
         permission.report({});
         cut_taken = cut_taken_;
         value_taken = taken_;
@@ -88,7 +88,7 @@ struct CentreHeight final : hal::Component {
 private:
     void take_position(const HeightSettings::Values& now) noexcept {
         cut_taken_ = procedure_.take_position(now, x_position[now.post], y_position[now.post], load_) ||
-                     procedure_.fault() == Fault::no_load;
+                     procedure_.fault() == Detail::no_load;
         load_ = 0;
     }
 

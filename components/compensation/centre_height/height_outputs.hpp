@@ -17,9 +17,10 @@ struct HeightOutputs final : hal::Group {
 
     hal::Out<bool> measure{this, "measure", "The last cut waits for its diameter."};
     hal::Out<std::int32_t> cut_number{this, "cut-number", "Number of cuts that have their diameter."};
-    hal::Code<State> state{this, "state-code", "State of the procedure."};
-    hal::Codes<Fault> fault{this, "fault"};
-    hal::Codes<Hold> hold{this, "hold", "A height is valid but Y may not move; hold-code gives the cause."};
+    hal::Out<bool> fault{this, "fault", "Cuts or an entry are refused; detail-code gives the cause."};
+    hal::Code<Detail> detail{
+        this, "detail-code",
+        "Why there is no height, why Y may not move, or which cuts make the height known; 0 for none."};
     hal::Out<bool> value_valid{this, "value-valid", "The height is valid."};
     hal::Out<bool> sign_known{this, "sign-known", "The height has a sign."};
     hal::Out<bool> move_allowed{this, "move-allowed", "Y may move by y-move."};
@@ -27,9 +28,7 @@ struct HeightOutputs final : hal::Group {
         this, "on-centre", "Y and X of the tool are within tolerance with 95 %, by cuts that met the stock."};
     hal::Out<bool> x_allowed{this, "x-allowed", "X of the tool may change by x-correction."};
     hal::Out<bool> checked_for_air{this, "checked-for-air", "The diameter of the stock is known."};
-    hal::Code<Verdict> verdict{this, "verdict-code", "Answer for Y and X of the tool."};
-    hal::Code<Remedy> remedy{this, "remedy-code", "Cuts that make an unknown height known."};
-    hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that remedy-code asks for."};
+    hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that detail-code asks for."};
     hal::Out<double> height{this, "height", "mu", "Height of the tip; its size if the sign is unknown."};
     hal::Out<double> size{this, "height-size", "mu", "Size of the height."};
     hal::Out<double> sigma{this, "sigma", "mu", "Sigma of the height."};
@@ -63,9 +62,8 @@ struct HeightOutputs final : hal::Group {
         const auto if_valid = [valid](double x) { return valid ? x : 0; };
         measure = procedure.state() == State::measure;
         cut_number = static_cast<std::int32_t>(procedure.cuts().count);
-        state = procedure.state();
-        fault = procedure.fault();
-        hold = valid ? procedure.hold() : Hold::none;
+        fault = procedure.fault() != Detail::none;
+        detail = procedure.detail();
         value_valid = valid;
         sign_known = valid && result.signed_;
         const HeightVerdict& its = procedure.verdict();
@@ -73,8 +71,6 @@ struct HeightOutputs final : hal::Group {
         x_allowed = valid && its.x_changes;
         on_centre = valid && its.verdict == Verdict::on_centre;
         checked_for_air = now.good && now.stock_diameter > 0;
-        verdict = valid ? its.verdict : Verdict::none;
-        remedy = valid ? its.remedy : Remedy::none;
         cuts_needed = valid ? its.cuts_needed : 0;
         x_sigma = if_valid(result.sigma_x);
         height = if_valid(result.height);

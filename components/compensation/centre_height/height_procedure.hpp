@@ -30,8 +30,17 @@ public:
     const TurnedCuts& cuts() const noexcept { return cuts_; }
     const TipHeight& result() const noexcept { return result_; }
     State state() const noexcept { return state_; }
-    Fault fault() const noexcept { return fault_; }
-    Hold hold() const noexcept { return hold_; }
+    Detail fault() const noexcept { return fault_; }
+    Detail detail() const noexcept {
+        if (fault_ != Detail::none) return fault_;
+        if (!result_.valid) return Detail::none;
+        switch (verdict_.verdict) {
+            case Verdict::unsure: return verdict_.remedy != Detail::none ? verdict_.remedy : hold_;
+            case Verdict::held: return hold_ != Detail::none ? hold_ : Detail::x_bounded;
+            case Verdict::x: return hold_;  // of Y
+            default: return Detail::none;
+        }
+    }
     const ToolBend& bend() const noexcept { return bend_; }
     double move() const noexcept { return move_; }              // of Y
     double correction() const noexcept { return correction_; }  // of X
@@ -43,8 +52,8 @@ public:
         y_origin_ = y;
         cuts_.x_zero = x_zero * now.outward();
         state_ = State::cut;
-        if (!now.good) fail(Fault::settings);
-        if (!known(y_origin_) || !known(cuts_.x_zero)) fail(Fault::position);
+        if (!now.good) fail(Detail::settings);
+        if (!known(y_origin_) || !known(cuts_.x_zero)) fail(Detail::position);
     }
 
     // A height is used once: the tool table must not receive it again.
@@ -75,11 +84,11 @@ public:
     bool take_position(const Settings& now, double x, double y, double load) noexcept {
         if ((state_ != State::cut && state_ != State::known) || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
-            fail(Fault::position);
+            fail(Detail::position);
             return false;
         }
         if (now.least_load > 0 && !now.at_rest && !(load >= now.least_load)) {
-            fail(Fault::no_load);
+            fail(Detail::no_load);
             return false;
         }
         forget();
@@ -95,15 +104,15 @@ public:
     void take_diameter(const Settings& now, const Entry& entry) noexcept {
         cuts_.travel = entry.travel;
         if (entry.by_beam && !(entry.diameter > 0)) {
-            fault_ = Fault::beam;
+            fault_ = Detail::beam;
             return;
         }
-        if (!now.good) return fail(Fault::settings);
+        if (!now.good) return fail(Detail::settings);
         cuts_.cuts[cuts_.count].radius = now.radius_of(entry.diameter);
         fault_ = TipHeight::slip(now, cuts_, cuts_.count);
-        if (fault_ != Fault::none) return;
+        if (fault_ != Detail::none) return;
         cuts_.count += 1;
-        if (const Fault refusal = TipHeight::refusal(now, cuts_, cuts_.count - 1); refusal != Fault::none)
+        if (const Detail refusal = TipHeight::refusal(now, cuts_, cuts_.count - 1); refusal != Detail::none)
             return fail(refusal);
         state_ = State::cut;
         if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
@@ -119,9 +128,9 @@ public:
         const std::size_t i = static_cast<std::size_t>(number) - 1;
         const double former = cuts_.cuts[i].radius;
         cuts_.cuts[i].radius = now.radius_of(entry.diameter);
-        if (const Fault slip = TipHeight::slip(now, cuts_, i); slip != Fault::none || !now.good) {
+        if (const Detail slip = TipHeight::slip(now, cuts_, i); slip != Detail::none || !now.good) {
             cuts_.cuts[i].radius = former;
-            fault_ = now.good ? slip : Fault::settings;
+            fault_ = now.good ? slip : Detail::settings;
             return true;
         }
         forget();
@@ -158,11 +167,11 @@ private:
     static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
 
     void evaluate(const Settings& now) noexcept {
-        if (!now.good) return fail(Fault::settings);
-        if (!known(cuts_.travel) || cuts_.travel < 0) return fail(Fault::travel);
+        if (!now.good) return fail(Detail::settings);
+        if (!known(cuts_.travel) || cuts_.travel < 0) return fail(Detail::travel);
         result_ = TipHeight::of(now, cuts_);
         fault_ = result_.fault;
-        state_ = fault_ == Fault::none ? State::known : State::refused;
+        state_ = fault_ == Detail::none ? State::known : State::refused;
         if (!result_.valid) return;
         const SkewedAxes axes(now.angle);
         const double rise = now.target_height - result_.height;
@@ -173,8 +182,8 @@ private:
         HeightVerdict::Asked asked;
         asked.y = {size, result_.sigma};
         const bool stays = HeightVerdict::centred(asked.y, hold_, now.tolerance);
-        if (stays && hold_ != Hold::value_only) hold_ = Hold::none;
-        const bool y_moves = !now.without_y && !stays && result_.signed_ && hold_ != Hold::insignificant;
+        if (stays && hold_ != Detail::value_only) hold_ = Detail::none;
+        const bool y_moves = !now.without_y && !stays && result_.signed_ && hold_ != Detail::insignificant;
         correction_ =
             correction_of_x(y_moves ? axes.x_of(move_) : 0, y_moves ? 0 : result_.height) * now.outward();
         asked.x = {std::abs(correction_), result_.sigma_x, result_.bias_x};
@@ -186,11 +195,11 @@ private:
         asked.largest_x = now.max_x_correction;
         verdict_ = HeightVerdict::of(asked, now.tolerance);
         verdict_.ask_for_cuts(asked, now, cuts_.count, cuts_[0].radius, CutFit::most);
-        if (result_.signed_ && hold_ != Hold::disagreement)
+        if (result_.signed_ && hold_ != Detail::disagreement)
             bend_.take(now.tool, now.at_rest, result_.height - axes.height_of(y_origin_), result_.sigma);
     }
 
-    void fail(Fault reason) noexcept {
+    void fail(Detail reason) noexcept {
         forget();
         fault_ = reason;
         state_ = State::refused;
@@ -199,7 +208,7 @@ private:
     void forget() noexcept {
         result_ = TipHeight{};
         verdict_ = HeightVerdict{};
-        fault_ = Fault::none;
+        fault_ = Detail::none;
     }
 
     // Of a tip that Y moves in X by `moved` and that then has this height: the programmed radius is turned.
@@ -210,26 +219,26 @@ private:
     }
 
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
-    Hold reason_to_hold(const Settings& now, double rise) const noexcept {
+    Detail reason_to_hold(const Settings& now, double rise) const noexcept {
         const bool squared = now.method == Method::two_cuts;
         const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
                                      : std::max(3 * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
-        return hal::first<Hold>({{!result_.signed_, now.without_y ? Hold::sign_by_shim : Hold::sign},
-                                 {result_.disagreement > 3, Hold::disagreement},
-                                 {!(result_.sigma <= now.max_sigma), Hold::sigma},
-                                 {!(std::abs(move_) <= now.max_move), Hold::move},
-                                 {now.at_rest, Hold::at_rest},
-                                 {!(found >= least), Hold::insignificant},
-                                 {now.without_y, Hold::shim},
-                                 {!now.automatic, Hold::value_only}});
+        return hal::first<Detail>({{!result_.signed_, now.without_y ? Detail::sign_by_shim : Detail::sign},
+                                   {result_.disagreement > 3, Detail::disagreement},
+                                   {!(result_.sigma <= now.max_sigma), Detail::sigma},
+                                   {!(std::abs(move_) <= now.max_move), Detail::move},
+                                   {now.at_rest, Detail::at_rest},
+                                   {!(found >= least), Detail::insignificant},
+                                   {now.without_y, Detail::shim},
+                                   {!now.automatic, Detail::value_only}});
     }
 
     TurnedCuts cuts_;
     TipHeight result_;
     State state_ = State::idle, state_before_abort_ = State::idle;
-    Fault fault_ = Fault::none, fault_before_abort_ = Fault::none;
-    Hold hold_ = Hold::none;
+    Detail fault_ = Detail::none, fault_before_abort_ = Detail::none;
+    Detail hold_ = Detail::none;
     ToolBend bend_;
     double y_origin_ = 0, move_ = 0, correction_ = 0;
     HeightVerdict verdict_;

@@ -32,11 +32,11 @@ struct TipHeight {
     double predicted = 0;           // diameter of the last cut, by the estimate
     double bias_y = 0, bias_x = 0;  // by a burr that no other cut shows; of two cuts, that of y squared
     std::uint32_t rejected = 0;     // a bit for each cut that is an outlier
-    Fault fault = Fault::none;
+    Detail fault = Detail::none;
 
     // What an entry may be. A tool on centre would leave `expected`, steps of Y included. X is the programmed
     // one, or that of the announced lands.
-    static Fault slip(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
+    static Detail slip(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
         const SkewedAxes axes(settings.angle);
         const double y = cuts[i].y;
         const double x = settings.x_is_radius && cuts.programmed(i) > 0 ? cuts.programmed(i)
@@ -46,34 +46,34 @@ struct TipHeight {
         const double least = std::min(settings.max_x_correction, settings.max_move) / 2;
         const double expected = x > least ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
         switch (slip_of(cuts[i].radius, expected)) {
-            case EntrySlip::not_positive: return Fault::diameter;
-            case EntrySlip::radius: return Fault::radius;
-            case EntrySlip::doubled: return Fault::doubled;
-            case EntrySlip::inch: return Fault::inch;
-            case EntrySlip::metric: return Fault::metric;
+            case EntrySlip::not_positive: return Detail::diameter;
+            case EntrySlip::radius: return Detail::radius;
+            case EntrySlip::doubled: return Detail::doubled;
+            case EntrySlip::inch: return Detail::inch;
+            case EntrySlip::metric: return Detail::metric;
             case EntrySlip::none: break;
         }
-        return Fault::none;
+        return Detail::none;
     }
 
     // The cut i, with those before it.
-    static Fault refusal(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
+    static Detail refusal(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
         const Cut& cut = cuts[i];
         const auto finite = [](double z) { return std::abs(z) <= HeightSettings::farthest; };
-        if (!finite(cut.x) || !finite(cut.y)) return Fault::position;
-        if (const Fault fault = slip(settings, cuts, i); fault != Fault::none) return fault;
+        if (!finite(cut.x) || !finite(cut.y)) return Detail::position;
+        if (const Detail fault = slip(settings, cuts, i); fault != Detail::none) return fault;
         const double height = SkewedAxes(settings.angle).height_of(cut.y);
         if (!LandPair::clears(height, cut.radius, settings.clearance, settings.rubbing()))
-            return Fault::clearance;
+            return Detail::clearance;
         const bool same_land = settings.air_cut_check || settings.method == Method::y_step;
         const bool deeper =
             i == 0 || (settings.inside ? cut.radius > cuts[i - 1].radius : cut.radius < cuts[i - 1].radius);
-        if (same_land && !deeper) return i == 1 ? Fault::order : Fault::air_cut;
+        if (same_land && !deeper) return i == 1 ? Detail::order : Detail::air_cut;
         const double stock = settings.stock_diameter / 2;
         const double depth = (settings.inside ? cut.radius - stock : stock - cut.radius);
         const double unsure = 3 * std::hypot(settings.sigmas.radius(), settings.stock_sigma / 2);
-        if (stock > 0 && !(depth > unsure)) return Fault::air_cut;
-        return plausible(settings, cuts, i) ? Fault::none : Fault::implausible;
+        if (stock > 0 && !(depth > unsure)) return Detail::air_cut;
+        return plausible(settings, cuts, i) ? Detail::none : Detail::implausible;
     }
 
     // Whether a tool whose X and Y are wrong by no more than the limits can leave this radius.
@@ -90,19 +90,19 @@ struct TipHeight {
 
     static TipHeight of(const Settings& settings, const TurnedCuts& cuts) noexcept {
         TipHeight result;
-        for (std::size_t i = 0; i < cuts.count && result.fault == Fault::none; ++i)
+        for (std::size_t i = 0; i < cuts.count && result.fault == Detail::none; ++i)
             result.fault = refusal(settings, cuts, i);
-        if (result.fault != Fault::none) return result;
+        if (result.fault != Detail::none) return result;
         const std::size_t needed = settings.method == Method::y_step && !settings.x_known ? 3 : 2;
         if (cuts.count < needed) {
-            result.fault = Fault::too_few;
+            result.fault = Detail::too_few;
             return result;
         }
         if (settings.method == Method::two_cuts)
             result.by_two_cuts(settings, cuts);
         else
             result.by_fit(settings, cuts);
-        result.valid = result.fault == Fault::none;
+        result.valid = result.fault == Detail::none;
         return result;
     }
 
@@ -117,14 +117,14 @@ private:
         const bool entered = cuts.travel != 0;
         // An entered travel in diameter is twice the travel of X.
         if (entered && moved > 0 && std::abs(cuts.travel - moved) > 0.2 * moved) {
-            fault = Fault::travel_differs;
+            fault = Detail::travel_differs;
             return;
         }
         const double travel = entered ? cuts.travel : moved;
         TwoCuts two = TwoCuts::of(cuts[0].radius, cuts[1].radius, travel, settings.inside, settings.sigmas,
                                   depth_of(settings, cuts, 1) - depth_of(settings, cuts, 0));
         fault = fault_of(two.refusal);
-        if (fault != Fault::none) return;
+        if (fault != Detail::none) return;
         signed_ = settings.sign != 0;
         height = two.y() * (signed_ ? settings.sign : 1);
         // A burr that no third cut shows.
@@ -189,7 +189,7 @@ private:
             fit = fit_of(settings, cuts, cuts.count);
         }
         fault = fault_of(fit.refusal);
-        if (fault != Fault::none) return;
+        if (fault != Detail::none) return;
         signed_ = true;
         bias_y = fit.bias_y;
         bias_x = fit.bias_x;
@@ -262,26 +262,26 @@ private:
         sigma *= settings.correction_factor;
     }
 
-    static Fault fault_of(TwoCuts::Refusal refusal) noexcept {
+    static Detail fault_of(TwoCuts::Refusal refusal) noexcept {
         switch (refusal) {
-            case TwoCuts::Refusal::order: return Fault::order;
-            case TwoCuts::Refusal::travel: return Fault::travel;
-            case TwoCuts::Refusal::short_travel: return Fault::short_travel;
-            case TwoCuts::Refusal::long_travel: return Fault::long_travel;
-            case TwoCuts::Refusal::past_centre: return Fault::past_centre;
+            case TwoCuts::Refusal::order: return Detail::order;
+            case TwoCuts::Refusal::travel: return Detail::travel;
+            case TwoCuts::Refusal::short_travel: return Detail::short_travel;
+            case TwoCuts::Refusal::long_travel: return Detail::long_travel;
+            case TwoCuts::Refusal::past_centre: return Detail::past_centre;
             case TwoCuts::Refusal::none: break;
         }
-        return Fault::none;
+        return Detail::none;
     }
 
-    static Fault fault_of(CutFit::Refusal refusal) noexcept {
+    static Detail fault_of(CutFit::Refusal refusal) noexcept {
         switch (refusal) {
-            case CutFit::Refusal::too_few: return Fault::too_few;
-            case CutFit::Refusal::no_step: return Fault::no_step;
-            case CutFit::Refusal::no_solution: return Fault::no_solution;
+            case CutFit::Refusal::too_few: return Detail::too_few;
+            case CutFit::Refusal::no_step: return Detail::no_step;
+            case CutFit::Refusal::no_solution: return Detail::no_solution;
             case CutFit::Refusal::none: break;
         }
-        return Fault::none;
+        return Detail::none;
     }
 };
 

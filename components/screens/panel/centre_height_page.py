@@ -50,7 +50,7 @@ class CentreHeightPage(FunctionPage):
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "O <height_abort> call"))
         enter = button(_("Enter the radius") if self.by_radius else _("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self)))
         resume = button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453"))
-        self._next = {  # the buttons of a step, by state-code
+        self._next = {  # the buttons of a step, by step
             centre_height_state.CUTS: [self.remedy("cut-done", button(_("The cut is done"), self._end_cut)), interrupt],
             centre_height_state.WAITS: [self.remedy("enter", enter), interrupt],
             centre_height_state.KNOWN: [self.remedy("store", button(_("Store the height: M454"), self._store)), *begin],
@@ -84,7 +84,7 @@ class CentreHeightPage(FunctionPage):
     def guidance(self, values):
         """The next step in words, with the figures that it needs."""
         get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
-        state = get("state-code", 0)
+        state = centre_height_state.step(self.instance, values)
         if state == centre_height_state.CUTS:
             cut = get("cut-number", 0) + 1
             if self.method(values) == self.LANDS:
@@ -139,7 +139,7 @@ class CentreHeightPage(FunctionPage):
 
     def takes_none(self, values, cut):
         """Why no diameter is taken now: of the cut that waits, or of one that has its diameter; '' if it is."""
-        state = self.get(values, "state-code")
+        state = centre_height_state.step(self.instance, values)
         takes = state not in (0, centre_height_state.INTERRUPTED) if cut else state == centre_height_state.WAITS
         return "" if takes else " ".join(status.kind_and_words(self.instance, values)[1:])
 
@@ -168,7 +168,7 @@ class CentreHeightPage(FunctionPage):
     def _show_entered(self, values):
         """A button for each diameter, which corrects it."""
         count = self.get(values, "cut-number")
-        if not self.get(values, "state-code"):
+        if not centre_height_state.step(self.instance, values):
             self._sent.clear()
         del self._sent[count + 1:]
         if self._sent[:count] == self._shown:
@@ -222,7 +222,7 @@ class CentreHeightPage(FunctionPage):
         set_text(self._step, self.guidance(values))
         set_text(self._place, "Y " + position(self.get(values, "y-position-%d" % self.get(values, "post"), 0.0)))
         self._show_entered(values)
-        state = self.get(values, "state-code")
+        state = centre_height_state.step(self.instance, values)
         may_store = status.of(self.instance, values).button == "store"
         wanted = self._next.get(state, self._begin) if state != centre_height_state.KNOWN or may_store else self._begin
         for its in {each for step in self._next.values() for each in step} | set(self._begin):

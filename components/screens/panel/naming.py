@@ -4,7 +4,9 @@
 import re
 
 from panel import texts
-from panel.texts import _, with_unit
+from panel.texts import _, in_micrometres, with_unit
+
+BRACES = re.compile(r"\{([a-z0-9-]+)\}")
 
 
 def named(instance, values, sentence):
@@ -14,7 +16,7 @@ def named(instance, values, sentence):
 
 def parts(instance, values, sentence):
     """A sentence of a component in words. A setting that is out of its range is added with its limit; if none is, the settings that the
-    sentence names have their values. An operator reads words instead of the names of pins."""
+    sentence names have their values, and pins in braces are their values. An operator reads words instead of the names of pins."""
     beyond = out_of_range(instance, values) if sentence else []
 
     def in_words(match):
@@ -24,7 +26,18 @@ def parts(instance, values, sentence):
         is_setting = value is not None and not instance.declared.pin(short).get("output")
         return _name(short) + (" (%s)" % with_unit(value, instance.declared.pin(short).get("unit", "")) if is_setting and not beyond else "")
 
-    return [re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", in_words, _(sentence)), *beyond]
+    pieces = BRACES.split(_(sentence))  # text, pin, text, ...
+    pieces[::2] = [re.sub(r"\b[a-z]+(?:-[a-z0-9]+)+\b", in_words, text) for text in pieces[::2]]
+    pieces[1::2] = [filled(instance, values, short) for short in pieces[1::2]]
+    return ["".join(pieces), *beyond]
+
+
+def filled(instance, values, short):
+    """The value of a pin in a sentence: a code as its sentence, a length in micrometres."""
+    if short in instance.declared.codes:
+        return instance.sentence(values, short)
+    value, unit = instance.value(values, short, 0), instance.declared.pin(short).get("unit", "")
+    return in_micrometres(float(value)).lstrip("+") if unit == "mu" else with_unit(round(value), unit)
 
 
 def _name(short):

@@ -11,16 +11,14 @@ declaration tells it, and after the time that the declaration gives.
 """
 
 import collections
-import re
 
 from panel import naming, status
 from panel.machine import Machine
-from panel.texts import _, in_micrometres, with_unit
+from panel.texts import _
 
 LONGEST = 250  # bytes; LinuxCNC cuts longer texts
 HIDDEN = "behind-panel"  # a text that the panel shows
 PAUSE = "pause"  # neither told nor over: the same status afterwards is no news
-BRACES = re.compile(r"\{([a-z0-9-]+)\}")
 
 News = collections.namedtuple("News", "source key tell text")
 _Said = collections.namedtuple("_Said", "source key tell after compose")
@@ -91,26 +89,14 @@ class Voice:
             yield _Said((name, "status"), number, "text", 0, lambda: (title(instance), ["status-code %s." % number]))
         for short, told in declared.told.items():
             if instance.value(values, short):
-                codes = tuple(instance.value(values, each, 0) for each in BRACES.findall(told["sentence"]) if each in declared.codes)
-                yield _Said((name, short), codes, told["tell"], 0, lambda told=told: (title(instance), [_filled(instance, values, told["sentence"])]))
+                codes = tuple(instance.value(values, each, 0) for each in naming.BRACES.findall(told["sentence"]) if each in declared.codes)
+                yield _Said((name, short), codes, told["tell"], 0, lambda told=told: (title(instance), [naming.named(instance, values, told["sentence"])]))
 
 
 def _of_fault(instance, values, code):
     """The sentence, and the settings that are out of their range in the place of a detail."""
     sentence, *beyond = naming.parts(instance, values, instance.declared.sentence("fault-code", code))
     return [sentence, " ".join(beyond), "", ""]
-
-
-def _filled(instance, values, sentence):
-    """The sentence with the values of the pins in braces: a code as its sentence, a length in micrometres."""
-    def shown(match):
-        short = match[1]
-        if short in instance.declared.codes:
-            return instance.sentence(values, short)
-        value, unit = instance.value(values, short, 0), instance.declared.pin(short).get("unit", "")
-        return in_micrometres(value).lstrip("+") if unit == "mu" else with_unit(round(value), unit)
-
-    return BRACES.sub(shown, _(sentence))
 
 
 def fitting(title, parts):

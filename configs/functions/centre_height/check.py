@@ -2,7 +2,7 @@
 """The trial of centre_height on a copy: two lands that are entered give the height of a tool that is off centre."""
 
 HEIGHT, RADIUS, STEP = 0.05, 5, 1  # mm
-SHIM = 8  # of hold-code
+SHIM = 38  # of detail-code
 
 
 def check(machinery):
@@ -19,15 +19,15 @@ def check(machinery):
     for value in (False, True):
         put("centre.compute", value)
         machinery.machine.wait(0.1)
-    names = ("height", "y-move", "move-allowed", "fault", "hold-code")
-    height, move, allowed, fault, hold = (get("centre." + name) for name in names)
+    names = ("height", "y-move", "move-allowed", "fault", "detail-code")
+    height, move, allowed, fault, detail = (get("centre." + name) for name in names)
     put("centre.compute", False)
     for name, value in before.items():
         put(name, value)
     if "Y" in machinery.axes:
         moves = "Y may move by %.3f um", bool(allowed)
     else:
-        moves = "a shim raises the tool by %.3f um", not allowed and hold == SHIM
+        moves = "a shim raises the tool by %.3f um", not allowed and detail == SHIM
     return [
         ("two lands of a tool that is %g um high give %.3f um" % (1e3 * HEIGHT, 1e3 * height / unit), abs(height - HEIGHT * unit) < 1e-6 * unit),
         (moves[0] % (1e3 * move / unit), moves[1] and abs(move + HEIGHT * unit) < 1e-6 * unit),

@@ -52,7 +52,7 @@ METHODS = {
     "eight cuts": Method(3, 0, 0.2),
 }
 
-RESULTS = ["trial.done", "trial.moved", "centre.value-valid", "centre.fault-code", "centre.hold-code", "centre.height"]
+RESULTS = ["trial.done", "trial.moved", "centre.value-valid", "centre.fault", "centre.detail-code", "centre.height"]
 RESULTS += ["centre.sigma", "centre.within", "centre.on-centre", "trial.truth-effective-height"]
 
 
@@ -82,7 +82,7 @@ class Outcome:
     within: np.ndarray
     moved: np.ndarray
     fault: np.ndarray
-    hold: np.ndarray
+    detail: np.ndarray
     centred: np.ndarray  # on-centre was said
 
     @property
@@ -184,9 +184,9 @@ def simulate(case, seeds, progress):
             rows.append(lathe.run())
             if not progress((done + 1) * AT_A_TIME):
                 break
-    _, moved, valid, fault, hold, height, sigma, within, centred, truth = np.array(rows, float).T
+    _, moved, valid, fault, detail, height, sigma, within, centred, truth = np.array(rows, float).T
     known = np.where(valid > 0, UM * height, np.nan)
-    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, hold, centred > 0)
+    return Outcome(UM * truth, known, UM * sigma, UM * within, moved > 0, fault, detail, centred > 0)
 
 
 @dataclasses.dataclass

@@ -17,7 +17,7 @@ from support.lathe_machine import METHODS, UM, WORKS
 from support.recordings import read_columns, write_rows
 
 CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre interlock=no", "addf centre.update servo-thread", "start")
-RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault-code", "hold-code", "verdict-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
+RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault", "detail-code", "status-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
 PERIOD = 0.001  # s

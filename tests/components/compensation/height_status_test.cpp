@@ -19,22 +19,21 @@ TEST(HeightStatus, OnlyAToolOnCentreIsGood) {
         S status;
         Kind kind;
     } cases[] = {
-        {{State::refused, Fault::air_cut, Verdict::none, service}, S::refused, Kind::bad},
-        {{State::measure, Fault::radius, Verdict::none, {}}, hal::common<S>(hal::Common::fault), Kind::bad},
-        {{State::idle, Fault::none, Verdict::none, service}, service, Kind::bad},
-        {{State::aborted, Fault::none, Verdict::none, {}}, S::interrupted, Kind::warn},
-        {{State::known, Fault::none, Verdict::held, {}}, S::held, Kind::warn},
-        {{State::known, Fault::none, Verdict::held, {}, Hold::disagreement}, S::disagree, Kind::warn},
-        {{State::known, Fault::none, Verdict::both, {}}, S::off_centre, Kind::warn},
-        {{State::known, Fault::none, Verdict::y, {}}, S::off_centre, Kind::warn},
-        {{State::known, Fault::none, Verdict::x, {}}, S::off_centre, Kind::warn},
-        {{State::known, Fault::none, Verdict::unsure, {}}, S::unsure, Kind::warn},
-        {{State::known, Fault::none, Verdict::unchecked, {}}, S::unsure, Kind::warn},
-        {{State::known, Fault::none, Verdict::none, {}}, S::unsure, Kind::warn},
-        {{State::cut, Fault::none, Verdict::none, service}, S::cut, Kind::wait},
-        {{State::measure, Fault::none, Verdict::none, service}, S::measure, Kind::wait},
-        {{State::idle, Fault::none, Verdict::none, {}}, S::idle, Kind::off},
-        {{State::known, Fault::none, Verdict::on_centre, {}}, S::on_centre, Kind::good},
+        {{State::refused, Detail::air_cut, Verdict::none, service}, S::refused, Kind::bad},
+        {{State::measure, Detail::radius, Verdict::none, {}}, S::entry_refused, Kind::bad},
+        {{State::idle, Detail::none, Verdict::none, service}, service, Kind::bad},
+        {{State::aborted, Detail::none, Verdict::none, {}}, S::interrupted, Kind::warn},
+        {{State::known, Detail::none, Verdict::held, {}}, S::held, Kind::warn},
+        {{State::known, Detail::none, Verdict::both, {}}, S::off_centre, Kind::warn},
+        {{State::known, Detail::none, Verdict::y, {}}, S::y_off_centre, Kind::warn},
+        {{State::known, Detail::none, Verdict::x, {}}, S::x_off_centre, Kind::warn},
+        {{State::known, Detail::none, Verdict::unsure, {}}, S::unsure, Kind::warn},
+        {{State::known, Detail::none, Verdict::unchecked, {}}, S::unchecked, Kind::warn},
+        {{State::known, Detail::none, Verdict::none, {}}, S::unsure, Kind::warn},
+        {{State::cut, Detail::none, Verdict::none, service}, S::cut, Kind::wait},
+        {{State::measure, Detail::none, Verdict::none, service}, S::measure, Kind::wait},
+        {{State::idle, Detail::none, Verdict::none, {}}, S::idle, Kind::off},
+        {{State::known, Detail::none, Verdict::on_centre, {}}, S::on_centre, Kind::good},
     };
     std::set<S> found;
     for (const auto& each : cases) {

@@ -718,7 +718,7 @@ class Window(unittest.TestCase):
         finger.press("Enter")
         finger.await_text("Enter the radius: refused. The measurement is interrupted.")
         self.host.run(0.5)
-        self.assertEqual(self.host.get(["centre.entered", "centre.cut-number", "centre.state-code"]), [False, 0, 5])
+        self.assertEqual(self.host.get(["centre.entered", "centre.cut-number", "centre.status-code"]), [False, 0, 48])
 
     def test_buttons_are_in_the_list_of_changes(self):
         for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):

@@ -21,11 +21,11 @@ def _measured(step):
     """The height, or a Verdict that there is none."""
     rig, instance = step.rig, step.function.instance
     if rig.get(instance, "fault"):
-        return Verdict("state", _(instance.sentence(rig.hal.values(), "fault-code")), _("Measure again."))
+        return Verdict("state", _(instance.sentence(rig.hal.values(), "detail-code")), _("Measure again."))
     if _results(step) == step.before:
         return Verdict("nothing", _("There is no new measurement since this step began."), _("Measure again."))
     if not rig.get(instance, "value-valid"):
-        why = _(instance.sentence(rig.hal.values(), "hold-code")) if "hold-code" in instance.pins else ""
+        why = _(instance.sentence(rig.hal.values(), "detail-code"))
         return Verdict("nothing", " ".join(text for text in (_("There is no height yet."), why) if text), _("Measure again."))
     return float(rig.get(instance, "height"))
 
