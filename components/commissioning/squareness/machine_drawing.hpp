@@ -3,9 +3,9 @@
 #pragma once
 
 #include "components/commissioning/squareness/machine_frame.hpp"
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
 #include "components/commissioning/squareness/view_directions.hpp"
 #include "components/math/geometry/axis_chain.hpp"
-#include "components/math/geometry/squareness_of_chain.hpp"
 
 #include <string>
 #include <vector>

@@ -3,12 +3,11 @@
 // decides for the command line and for screens; they ask and show.
 #pragma once
 
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
 #include "components/math/geometry/axis_chain.hpp"
 #include "components/math/geometry/corner.hpp"
 #include "components/math/geometry/kinematic_chain.hpp"
-#include "components/math/geometry/squareness_of_chain.hpp"
 #include "components/math/geometry/tilt.hpp"
-#include "components/math/geometry/tilted_branch.hpp"
 
 #include <optional>
 #include <string>

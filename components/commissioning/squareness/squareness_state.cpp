@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
 #include "components/commissioning/squareness/squareness_wording.hpp"
-#include "components/math/geometry/squareness_of_chain.hpp"
 
 namespace plumb::commissioning {
 namespace {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "components/commissioning/squareness/squareness_advice.hpp"
-#include "components/math/geometry/axis.hpp"
-#include "components/math/geometry/tilt_effect.hpp"
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
+#include "components/math/geometry/axis_chain.hpp"
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 // How messages about squareness write axes, angles and numbers.
 #pragma once
 
-#include "components/math/geometry/axis.hpp"
+#include "components/math/geometry/axis_chain.hpp"
 #include "components/math/geometry/tilt.hpp"
 
 #include <cctype>

@@ -12,7 +12,7 @@
 #include "components/io/files/csv.hpp"
 #include "components/io/files/error_table_file.hpp"
 #include "components/math/blocks/pi.hpp"
-#include "components/math/geometry/direction_of_motion.hpp"
+#include "components/math/geometry/error_table.hpp"
 
 namespace plumb::commissioning {
 namespace {

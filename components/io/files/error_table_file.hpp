@@ -3,7 +3,6 @@
 
 #include "components/io/files/crc_32.hpp"
 #include "components/io/files/csv.hpp"
-#include "components/math/geometry/directed_error_table.hpp"
 #include "components/math/geometry/error_table.hpp"
 
 #include <algorithm>

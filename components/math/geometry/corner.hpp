@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/geometry/axis.hpp"
+#include "components/math/geometry/axis_chain.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/math/blocks/pi.hpp"
-#include "components/math/geometry/axis.hpp"
+#include "components/math/geometry/axis_chain.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

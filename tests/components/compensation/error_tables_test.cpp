@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Error tables that one thread reads while another uses them.
-#include "components/compensation/squareness/error_tables.hpp"
+#include "components/compensation/squareness/squareness_model.hpp"
 
 #include "components/io/files/error_table_seal.hpp"
 #include "tests/support/error_table_text.hpp"

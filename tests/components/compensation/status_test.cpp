@@ -2,7 +2,7 @@
 // Each status of each function, the bad ones first: what is seen gives one status, whatever else is true.
 #include "components/compensation/axis_growth/axis_growth_status.hpp"
 #include "components/compensation/chopping/chopping_status.hpp"
-#include "components/compensation/squareness/squareness_status.hpp"
+#include "components/compensation/squareness/squareness_codes.hpp"
 #include "components/compensation/thermal_displacement/displacement_status.hpp"
 #include "components/compensation/thermal_growth/growth_status.hpp"
 #include "components/stages/interlock/function_status.hpp"

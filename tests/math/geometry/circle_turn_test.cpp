@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/geometry/circle_turn.hpp"
+#include "components/commissioning/volume/volume_readings.hpp"
 
 #include <gtest/gtest.h>
 

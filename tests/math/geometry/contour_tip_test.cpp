@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/geometry/contour_tip.hpp"
+#include "components/math/geometry/tip_correction.hpp"
 
 #include "components/math/blocks/pi.hpp"
 

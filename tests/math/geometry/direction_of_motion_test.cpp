@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/geometry/direction_of_motion.hpp"
+#include "components/math/geometry/error_table.hpp"
 
 #include <gtest/gtest.h>
 

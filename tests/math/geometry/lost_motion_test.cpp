@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/geometry/lost_motion.hpp"
 
+#include "components/commissioning/volume/volume_readings.hpp"
 #include "components/math/blocks/random.hpp"
-#include "components/math/geometry/box_diagonals.hpp"
-#include "components/math/geometry/straightedge.hpp"
 #include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Measurements of a machine with known axes, by a model of its own, give these axes.
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
 #include "components/math/geometry/corner.hpp"
 #include "components/math/geometry/probed_shape.hpp"
 #include "components/math/geometry/square_readings.hpp"
-#include "components/math/geometry/squareness_of_chain.hpp"
 #include "tests/support/refusal.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/geometry/tilt_effect.hpp"
+#include "components/commissioning/squareness/squareness_of_chain.hpp"
 
 #include <gtest/gtest.h>
 
