@@ -73,9 +73,6 @@ void put(const std::string& file, const std::string& text) {
 
 // --- reversal ---
 
-constexpr double reversal_distance = 0.0005,
-                 reversal_acceleration = 125;  // mm, mm/s2: defaults of squareness
-
 struct ReversalOptions {
     std::string file, axis, own, reading, output, into, ini, date = date_of_today();
     bool scale = false, recording = false, json = false;
@@ -179,7 +176,7 @@ int reversal(const ReversalOptions& its) {
                 its.axis + " moves to its + end, and that up is the reading after motion to the + end.");
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
-        const CircleTurn turn{most, reversal_distance, reversal_acceleration};
+        const CircleTurn turn{most, DirectionOfMotion::usual_distance, DirectionOfMotion::usual_acceleration};
         if (most > 0)
             say(formatted("On a circle of R50 this leaves %.1f um at F1000 and %.1f um at F3000 where ",
                           turn.kept(1000 / 60.0, 50) * 1000, turn.kept(3000 / 60.0, 50) * 1000) +
@@ -198,7 +195,7 @@ int reversal(const ReversalOptions& its) {
 
 struct TurnOptions {
     std::string lost, distance, allowed;
-    double acceleration = reversal_acceleration, feed = 0, radius = 0;
+    double acceleration = DirectionOfMotion::usual_acceleration, feed = 0, radius = 0;
 };
 
 int turn(const TurnOptions& its) {
@@ -210,7 +207,8 @@ int turn(const TurnOptions& its) {
         return value;
     };
     const CircleTurn turn{within("--lost-motion", its.lost, 0.2, 0),
-                          within("--distance", its.distance, 0.1, reversal_distance), its.acceleration};
+                          within("--distance", its.distance, 0.1, DirectionOfMotion::usual_distance),
+                          its.acceleration};
     const double allowed = within("--allowed", its.allowed, 1, turn.lost / 4);
     if (its.feed > 0) {
         const double kept = turn.kept(its.feed / 60, its.radius);

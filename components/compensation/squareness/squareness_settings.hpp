@@ -6,6 +6,7 @@
 #include "components/math/blocks/pi.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/geometry/axis_chain.hpp"
+#include "components/math/geometry/error_table.hpp"
 #include "components/math/geometry/kinematic_chain.hpp"
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
@@ -176,7 +177,7 @@ struct SquarenessSettings final : hal::Group {
     hal::In<double> reversal_distance{
         this,
         "reversal-distance",
-        0.0005,
+        DirectionOfMotion::usual_distance,
         "mu",
         "Distance that an axis goes back until its direction of motion is the other one.",
         distances};
@@ -188,7 +189,7 @@ struct SquarenessSettings final : hal::Group {
                                   reversal_rates};
     hal::In<double> reversal_acceleration{this,
                                           "reversal-acceleration",
-                                          125,
+                                          DirectionOfMotion::usual_acceleration,
                                           "mu/s2",
                                           "Maximum acceleration of the correction where an axis turns.",
                                           accelerations};
@@ -213,8 +214,7 @@ struct SquarenessSettings final : hal::Group {
         double radial_offset = 0, radial_direction = 0;                   // mu, deg
         Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
-        double max_rotary_speed = 3600;
-        double reversal_distance = 0.0005, reversal_rate = 0.9, reversal_acceleration = 125;
+        double max_rotary_speed = 0, reversal_distance = 0, reversal_rate = 0, reversal_acceleration = 0;
 
         const SquarenessAxis::Settings& of(Axis axis) const noexcept {
             return axes[static_cast<std::size_t>(axis)];
@@ -241,7 +241,9 @@ struct SquarenessSettings final : hal::Group {
 
     void prepare(const AxisChain& chain) noexcept {
         chain_ = chain;
-        judge();
+        read();
+        values_ = given_;  // the defaults, until there is a good set
+        judge(given_);
     }
 
     // Reads the settings, and puts them in force unless they contradict themselves. Returns false if

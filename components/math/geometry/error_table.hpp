@@ -189,6 +189,9 @@ private:
 // point by more than a distance: standstill, noise and jogs below it turn nothing, and small jogs add up.
 class DirectionOfMotion {
 public:
+    // Defaults of squareness where an axis turns, with which plumb volume predicts circles: mm, mm/s2.
+    static constexpr double usual_distance = 0.0005, usual_acceleration = 125;
+
     // Finite, in mu, with the distance above 0. The first position is only where it starts.
     void step(double position, double distance) noexcept {
         if (!started_) lowest_ = highest_ = position;
