@@ -64,6 +64,7 @@ TEST_F(Installed, EveryModuleProgramPageAndConfigurationIsWhereLinuxCncLooks) {
                                     "/usr/share/man/man7/plumb-glossary.7",
                                     "/usr/share/plumb/plumb-retain.json",
                                     "/usr/share/linuxcnc/aux_examples/plumb/mill/bench.hal",
+                                    "/usr/share/linuxcnc/hallib/plumb_order.tcl",
                                     "/usr/share/linuxcnc/aux_examples/plumb/three_axis/three_axis.ini",
                                     "/usr/lib/python3/dist-packages/plumb.py",
                                     "/usr/lib/python3/dist-packages/plumb_folder.py",
