@@ -24,7 +24,8 @@ enum class Party : std::uint32_t { stage = 1, function = 2 };
 enum class Direction : std::uint32_t { to_interlock, from_interlock };
 
 struct BusWord {
-    static constexpr std::uint32_t no_row = 31, beats = 64, content_bits = 9;
+    static constexpr std::uint32_t no_row = 31, content_bits = 9;
+    static constexpr std::uint32_t beats = 61;  // no thread is slower by a multiple of it
 
     static constexpr std::uint32_t of(Party who, Direction where, std::uint32_t row, std::uint32_t beat,
                                       std::uint32_t content) noexcept {
@@ -40,7 +41,7 @@ struct BusWord {
         return (word & 0xFFU) == check(word) && (word & sender) == (of(who, where, 0, 0, 0) & sender);
     }
     static constexpr std::uint32_t row(std::uint32_t word) noexcept { return word >> 24 & no_row; }
-    static constexpr std::uint32_t beat(std::uint32_t word) noexcept { return word >> 17 & (beats - 1); }
+    static constexpr std::uint32_t beat(std::uint32_t word) noexcept { return word >> 17 & 63; }
     static constexpr std::uint32_t content(std::uint32_t word) noexcept {
         return word >> 8 & ((1U << content_bits) - 1);
     }
@@ -54,15 +55,18 @@ private:
 // One end that listens.
 class BusListener {
 public:
-    BusListener(Party who, Direction where) : who_(who), where_(where) {}
-    BusListener(Party who, Direction where, std::uint32_t row) : BusListener(who, where) { row_ = row; }
+    // One that takes the row of the first word.
+    BusListener(Party who, Direction where) : BusListener(who, where, BusWord::no_row, 10) {}
+    // dead: periods without a beat.
+    BusListener(Party who, Direction where, std::uint32_t row, int dead)
+        : who_(who), where_(where), row_(row), dead_(dead), silence_(dead) {}
 
     // Once in each period.
     void step(std::uint32_t word) noexcept {
         const bool mine = BusWord::fits(word, who_, where_) && BusWord::row(word) != BusWord::no_row &&
                           (row_ == BusWord::no_row || BusWord::row(word) == row_);
         const bool beats = mine && heard_ && BusWord::beat(word) != beat_;
-        silence_ = beats ? 0 : std::min(silence_ + 1, missed_after);
+        silence_ = beats ? 0 : std::min(silence_ + 1, 2 * dead_);
         if (!mine) return;
         heard_ = true;
         row_ = BusWord::row(word);
@@ -73,18 +77,16 @@ public:
     std::uint32_t row() const noexcept { return row_; }
     std::uint32_t content() const noexcept { return content_; }  // of the last good word; 0 before it
     bool heard() const noexcept { return heard_; }
-    bool alive() const noexcept { return silence_ < dead; }
+    bool alive() const noexcept { return silence_ < dead_; }
     // Dead for so long that it is a fault, and not the first periods.
-    bool missed() const noexcept { return silence_ >= missed_after; }
+    bool missed() const noexcept { return silence_ >= 2 * dead_; }
 
 private:
-    static constexpr int dead = 10, missed_after = 20;  // periods without a beat
-
     Party who_;
     Direction where_;
-    std::uint32_t row_ = BusWord::no_row, beat_ = 0, content_ = 0;
+    std::uint32_t row_, beat_ = 0, content_ = 0;
     bool heard_ = false;
-    int silence_ = dead;
+    int dead_, silence_;
 };
 
 }  // namespace plumb::hal

@@ -22,7 +22,7 @@ struct Functions : hal::Group {
         : Group(owner), all_stages_((1 << stages) - 1), number_(number), its_(number) {
         for (std::size_t i = 0; i < number; ++i)
             heard_.emplace_back(hal::Party::function, hal::Direction::to_interlock,
-                                static_cast<std::uint32_t>(i));
+                                static_cast<std::uint32_t>(i), 100);  // its thread may be a slower one
     }
 
     const std::int32_t all_stages_;  // as a sum

@@ -172,9 +172,10 @@ struct Interlock final : hal::Component {
         const std::int32_t silent = its_stages.silent       ? first_number(its_stages.silent)
                                     : silent_function >= 0 ? 100 + silent_function
                                                            : -1;
-        silent_row = silent;
+        const bool is_silent = silent_.step(silent >= 0, told_after, 0, dt);
+        silent_row = is_silent ? silent : -1;
         const Fault found = hal::first<Fault>({{!in_order, Fault::order},
-                                               {silent >= 0, Fault::silent},
+                                               {is_silent, Fault::silent},
                                                {!good_times, Fault::time},
                                                {!good_needs, Fault::services},
                                                {!known_key, Fault::operation}});
@@ -198,6 +199,7 @@ struct Interlock final : hal::Component {
 private:
     static constexpr std::int32_t rapid = 1, tool_change = 4, probe = 5;  // motion-type
     static constexpr double abort_time = 0.1;                             // s
+    static constexpr double told_after = 1;                               // s, of a row that is not heard
     static constexpr int answer_in = 3;  // periods in which a function or a stage reports its ramp
 
     struct Delays {
@@ -261,7 +263,7 @@ private:
     }
 
     Delays delays_{2, 5, 5};  // the last good ones
-    DelayedBit abort_, defeated_, uncompensated_, refused_, held_;
+    DelayedBit silent_, abort_, defeated_, uncompensated_, refused_, held_;
     hal::ThreadWatch threads_;
     bool stood_ = false;    // the path, since feed-inhibit
     bool holds_ = false;    // all offsets, because the order is wrong

@@ -280,7 +280,7 @@ TEST(InterlockOrderOfThreads, AComponentThatWasNeverAddedIsAFault) {
     machine.bench.command("loadrt chopping names=chop interlock=no");
     machine.bench.run(found);
     machine.expect_held();
-    machine.call("chop.update", "servo-thread 5");
+    machine.call("chop.update", "servo-thread 6");
     machine.expect_applied();
 }
 
