@@ -60,6 +60,7 @@ class Commission(unittest.TestCase):
         untried = self.table["right"]["sheet"].split("\nNot tried\n")[1]
         self.assertIn("after work on them, try again", untried)
         self.assertIn("its value did not change", untried)
+        self.assertIn("square.z-tool-offset: scale and sign of fault-square-z-tool-offset.out", untried)
 
     def test_sheet_has_readings_and_who(self):
         text = self.table["right"]["sheet"]

@@ -32,7 +32,8 @@ STROKES = ["SUBROUTINE_PATH = .:functions/thermal_displacement:functions/choppin
            "REMAP = G80.1 modalgroup=1 argspec=kp ngc=g801", "PARAMETER_FILE = /dev/shm/linuxcnc.var"]
 
 MACHINES = {
-    "squareness": Prepared("portal", "column.ini", ("x-stage", "y-stage", "z-stage"), portal_drives()),
+    "squareness": Prepared("portal", "column.ini", ("x-stage", "y-stage", "z-stage"), portal_drives(),
+                           [("square.z-tool-offset", "z-tool-offset")]),
     "thermal_displacement": Prepared("mill", "mill.ini", ("x-stage", "y-stage", "z-stage", "z-axis-stage"), portal_drives(),
                                      [("growth.load", "spindle-load")], switches=(0, 1)),
     "chopping": Prepared("grinder", "grinder.ini", ("z-stage",), [("z", "grinder.position-cmd", "grinder.position"), ("x", "x-drive.in", "x-drive.out"),

@@ -22,7 +22,7 @@ JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "trial", "joint
 JOINT_OUTPUTS = ("drive-command", "joint-feedback", "state")
 AXIS_INPUTS = ("permit", "trial", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
 AXIS_OUTPUTS = ("counts", "counts-scale", "offset-enable", "state")
-OF_LINUXCNC = re.compile(r"(joint|axis|motion|spindle|halui|iocontrol|ini)\.")
+OF_LINUXCNC = re.compile(r"(joint|axis|motion|spindle|halui|iocontrol|ini|linuxcnc-link|linuxcnc-alive)\.")
 
 
 class NotReady(RuntimeError):
