@@ -35,7 +35,7 @@ def attack(seed):
 
 
 def prepare(_options):
-    sys.path[:0] = [os.path.join(campaign.BUILD, "python"), os.path.join(campaign.ROOT, "tests", "support")]
+    sys.path[:0] = [os.path.join(campaign.BUILD, "python"), os.path.join(campaign.ROOT, "tests", "support"), os.path.join(campaign.ROOT, "scripts")]
     print("| Seed | What | Tries | In a press |\n| --- | --- | --- | --- |", flush=True)
 
 

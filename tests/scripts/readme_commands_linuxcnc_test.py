@@ -120,6 +120,7 @@ COMMANDS = {
     },
     "components/commissioning/commission/README.md": {
         "python3 tests/support/run.py ...": LONG,
+        "scripts/campaign commission --seed 2": LONG,
     },
     "components/commissioning/squareness/README.md": {
         "plumb squareness --json --chain w-X-Y.b-Z-C-t > machine.json": Run("empty", then="grep -q can_correct machine.json"),

@@ -21,7 +21,10 @@ class Wirings:
                       and any(pin.signal == its.signal for place in self.places for its in place.instance.pins.values())]
 
     def _counts(self, pin):
-        """A pin whose signal goes to messages or to a screen alone is no part of the wiring that counts."""
+        """A pin whose signal goes to messages or to a screen alone is no part of the wiring that counts, nor is the source of another function."""
+        owner, _short = self.rig.machine.owner_of(self.rig.machine.writer(pin.name))
+        if owner is not None and owner.declared.role == "compensation" and owner.name not in [place.name for place in self.places]:
+            return False
         others = [self.rig.machine.pins[name] for name in self.rig.ends(pin.signal) if name != pin.name]
         return not pin.output or any(not other.output and not re.match(r"linuxcnc-link\.|panel", other.name) for other in others)
 
