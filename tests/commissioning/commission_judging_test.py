@@ -72,6 +72,9 @@ class Machine:
     def passed(self, _place):
         return self.kept
 
+    def take_back(self, _place):
+        self.kept = 0
+
     def is_commissioned(self, _place):
         return self.number == self.kept
 
@@ -148,7 +151,9 @@ class Sheets(unittest.TestCase):
         self.records.note(self.machine, Place, "K. Braun", [], 0, by_hand=True)
         self.assertIn("set by hand by K. Braun", findings(self.machine, self.records)[0][1])
         self.assertIn("nothing was measured", self.read(self.records.sheets(self.machine, Place)[1]))
-        self.records.forget(Place)
+        self.records.take_back(self.machine, [Place])
+        self.assertFalse(self.machine.is_commissioned(Place))
+        self.machine.kept = self.machine.number
         self.assertIn("no record says by whom", findings(self.machine, self.records)[0][1])
 
     def test_a_simulated_machine_says_that_it_is_off(self):
