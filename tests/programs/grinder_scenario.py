@@ -536,7 +536,7 @@ class Shift(Scenario):
         self.machine.wait(0.5)
         self.facts[self.scenes[-1]] = [self.host.get("interlock.feed-inhibit"), self.host.get("interlock.function-enable-0")]
         x = self.host.get("joint.0.pos-cmd")
-        self.await_message("strokes need")
+        self.await_message("a service was lost, and answers again")
         self.machine.wait(0.5)
         self.facts[self.scenes[-1]] += [self.host.get("joint.0.pos-cmd") - x, self.host.get("motion.motion-type")]
         self.machine.abort()

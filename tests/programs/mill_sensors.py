@@ -23,7 +23,7 @@ class Sensors(Scenario):
         machine = self.machine
         self.start_device()
         self.until("modbus-sensor.spindle-nose.valid", True)
-        self.message("The spindle load is lost")
+        self.message("can-sensor.spindle-load: ")
         machine.turn_on()
         machine.home()
         machine.mdi("G10 L2 P1 X0 Y0 Z-250")

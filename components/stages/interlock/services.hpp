@@ -21,20 +21,23 @@ struct Services : hal::Group {
     // Of those that hold no feed: waiting-code tells the others.
     struct Losses {
         explicit Losses(hal::Owner owner) {
-            constexpr const char* names[number] = {"Service 0, plumb-retain,",
-                                                   "Service 1, linuxcnc_link,",
-                                                   "Service 2",
-                                                   "Service 3",
-                                                   nullptr,
-                                                   nullptr,
-                                                   "Service 6, growth_log,",
-                                                   "Service 7"};
+            const std::string lost =
+                " does not answer. Functions that need it go off when the program ends. "
+                "Start LinuxCNC again.";
+            const std::string sentences[number] = {
+                "Service 0, plumb-retain," + lost,
+                "Service 1, linuxcnc_link," + lost,
+                "Service 2" + lost,
+                "Service 3" + lost,
+                "",
+                "",
+                "Service 6, growth_log, does not answer: the growth test is not written. Start growth_log "
+                "again by "
+                "its line in man growth_log, or LinuxCNC and then resume.ngc.",
+                "Service 7" + lost};
             for (std::size_t i = 0; i < number; ++i)
-                if (names[i])
-                    hal::Told(owner, "service-lost-" + std::to_string(i), hal::Tell::error,
-                              std::string(names[i]) +
-                                  " does not answer. Functions that need it go off when "
-                                  "the program ends. Start LinuxCNC again.");
+                if (!sentences[i].empty())
+                    hal::Told(owner, "service-lost-" + std::to_string(i), hal::Tell::error, sentences[i]);
         }
     };
 
