@@ -61,7 +61,7 @@ class Lathe(unittest.TestCase):
         self.assertEqual(self.seen["stepped"], [0.1, 0.11, 0.01, 0])
 
     def test_a_tool_off_centre_has_no_tick(self):
-        self.assertIn("off centre", self.seen["off centre"])
+        self.assertIn("of the tool are wrong", self.seen["off centre"])
         self.assertEqual(self.seen["ticks"], "")
 
     def test_the_next_measurement_shows_that_it_is_on_centre(self):

@@ -67,7 +67,7 @@ class Operator:
         seen["height"] = self.host.get("centre.height")
         seen["truth"] = self.host.get("lathe.truth-height")
         self.finger.await_text("Store the height. Then move Y to 0")
-        seen["off centre"] = self.finger.await_text("off centre")
+        seen["off centre"] = self.finger.await_text("of the tool are wrong")
         seen["ticks"] = self.finger.find_text("\u2714")
         self.shot("lathe_known.png")
         with self.finger.story("tool on centre: store the height"):
