@@ -133,7 +133,7 @@ TEST_F(Installed, StockLinuxCncLoadsThermalDisplacement) {
     on_own_machine(
         [] {
             std::ofstream("/tmp/load.hal") << "loadrt threads name1=servo-thread period1=1000000\n"
-                                              "loadrt thermal_displacement names=z-growth\n interlock=no"
+                                              "loadrt thermal_displacement names=z-growth interlock=no\n"
                                               "addf z-growth.update servo-thread\n"
                                               "setp z-growth.max-offset 0.1\n"
                                               "start\n"

@@ -114,7 +114,7 @@ class Works(Sample):
         self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=23", flat)
         self.assertRegex(flat, r"USER_M_PATH = \S*functions/centre_height .*REMAP = M450 modalgroup=10 .*REMAP = M455 .*Still missing")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
-        self.assertRegex(hal, r"net height-on +interlock\.function-enable-1")
+        self.assertRegex(hal, r"net height-permit interlock\.function-permit-1")
         names = os.listdir(self.folder(AXIS_MM))
         self.assertLessEqual({"m450.ngc", "m454.ngc", "height_abort.ngc", "centre_height_settings.hal"}, set(names))
         self.assertTrue(re.search("height_abort", read(os.path.join(self.folder(AXIS_MM), "plumb_abort.ngc"))))

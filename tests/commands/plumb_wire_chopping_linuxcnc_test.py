@@ -34,7 +34,7 @@ class Chopping(Sample):
         for line in (
             "setp interlock.function-services-0 51",
             "setp interlock.function-urgent-0 48",
-            "net chop-active => interlock.function-busy-0",
+            "net chop-state => interlock.function-state-0",
             "net task-heartbeat linuxcnc-alive.task-heartbeat => interlock.service-heartbeat-4",
         ):
             self.assertIn(line + "\n", stages)

@@ -181,8 +181,8 @@ class Refusals(unittest.TestCase):
             named = [types.SimpleNamespace(name="f%d" % number) for number in range(functions)]
             return interlock.problems(named, [Part("", {"joint_offset": ["s%d" % number]}) for number in range(stages)])
 
-        self.assertEqual(problems(6, 17), [])
-        self.assertRegex(problems(7, 8)[0], "interlock serves 6 functions, and there are 7: f0, .*, f6")
+        self.assertEqual(problems(16, 17), [])
+        self.assertRegex(problems(17, 8)[0], "interlock serves 16 functions, and there are 17: f0, .*, f16")
         self.assertRegex(problems(6, 18)[0], "interlock serves 17 stages, and there are 18: s0, .*, s17")
 
 

@@ -38,9 +38,9 @@ class Gallery(unittest.TestCase):
     def test_functions_take_outputs_that_neither_hal_nor_a_subroutine_uses(self):
         flat, files = self.run_on("many_functions")
         self.assertIn("These modules are not installed here or need hardware. Pins stand in for them here: acme_io.", flat)
-        self.assertIn("net y8-fault => interlock.stage-fault-14\n", files["stages.hal"])
-        self.assertIn("net z-fault => interlock.stage-fault-15\n", files["stages.hal"])
-        self.assertIn("net z-axis-fault => interlock.stage-fault-16\n", files["stages.hal"])
+        self.assertIn("net y8-stage-state y8-stage.state => interlock.stage-state-14\n", files["stages.hal"])
+        self.assertIn("net z-stage-state z-stage.state => interlock.stage-state-15\n", files["stages.hal"])
+        self.assertIn("net z-axis-stage-state z-axis-stage.state => interlock.stage-state-16\n", files["stages.hal"])
         self.assertIn("motion.digital-out-16 keeps your signal vacuum; chopping takes motion.digital-out-06", flat)
         self.assertRegex(flat, "motion.analog-out-18 is in use by lamp.ngc; chopping takes motion.analog-out-[0-9]+")
         self.assertRegex(flat, "M68 E1 Q10 before an operation")  # operation-key, for the user's program

@@ -53,14 +53,14 @@ class Works(Sample):
         self.assertIn("\nloadusr -W plumb-retain ", read(os.path.join(self.folder(AXIS_MM), "retain.hal")))
         self.assertEqual(hal.count("loadusr"), 2)  # linuxcnc_link and linuxcnc_alive
         self.assertIn("setp interlock.feed-services 48\n", hal)
-        self.assertIn("net program-running => interlock.function-busy-0\n", hal)
+        self.assertIn("net growth-state => interlock.function-state-0\n", hal)
         self.assertIn("net estop-loop => iocontrol.0.emc-enable-in motion.enable\n", hal)
         before, behind = re.search(r"plumb_order \{\n(.*)\n\} \{\n(.*)\n\}\n$", read(os.path.join(self.folder(AXIS_MM), "order.tcl")), re.S).groups()
         self.assertEqual(before.split(), ["x-stage.update-feedback", "y-stage.update-feedback", "z-stage.update-feedback"])
         behind = behind.split()
         self.assertLess(behind.index("square.update"), behind.index("x-stage.update"))
         self.assertLess(behind.index("growth.update"), behind.index("z-axis-stage.update"))
-        self.assertEqual(behind[-1], "interlock.update")
+        self.assertEqual(behind[0], "interlock.update")
         self.assertIn("%d functions stand around motion-controller in servo-thread" % (3 + len(behind)), flat)
         # Limits come from the INI file, by name, or from its numbers.
         self.assertIn("setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION\n", hal)

@@ -206,7 +206,7 @@ class Days(unittest.TestCase):
         self.assertGreater(day["axis.z.eoffset"][lost[0]], 5 * um)
         self.assertLess(np.ptp(day["axis.z.eoffset"][lost]), STILL)
         self.assertTrue(day["growth.enabled"][lost].all())
-        self.assertEqual([day[name + ".enable"][returned[-1]] for name in ("growth", "square")], [0, 1])
+        self.assertEqual([day[name + ".enabled"][returned[-1]] for name in ("growth", "square")], [0, 1])
         self.assertAlmostEqual(day["axis.z.eoffset"][returned[-1]], 0, delta=nm)
 
 

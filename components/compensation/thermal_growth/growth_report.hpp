@@ -14,8 +14,7 @@ namespace plumb::growth_test {
 struct TestReport : hal::Group {
     using Group::Group;
 
-    hal::Codes<State> state{this, "state", "A test is not idle; state-code gives its state.",
-                            "Number of the state; 0 for idle."};
+    hal::Code<State> state{this, "state-code", "Number of the state; 0 for idle."};
     hal::Codes<Stop> stop_reason{this, "stop-reason", "The test has stopped; stop-reason-code gives why.",
                                  "Number of the reason for the stop; 0 before the test has stopped."};
     hal::Out<bool> done{this, "done", "The machine is warm, or the time is over."};

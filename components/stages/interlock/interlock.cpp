@@ -163,7 +163,8 @@ struct Interlock final : hal::Component {
                                        its_stages, dt);
         waiting = reason;
         if (!holds_) ++beats_;
-        heartbeat = static_cast<std::int32_t>(beats_ & 0x7FFFFFFFU);
+        periods_ = (periods_ + 1) & std::numeric_limits<std::int32_t>::max();
+        heartbeat = periods_;
         functions.show_status(services, its_stages, {on, homed, in_order}, beats_);
         commissioning.permit(beats_, armed_);
         arm = armed_;
@@ -268,7 +269,8 @@ private:
     bool stood_ = false;    // the path, since feed-inhibit
     bool holds_ = false;    // all offsets, because the order is wrong
     bool returns_ = false;  // an offset that was switched off in a program
-    std::uint32_t beats_ = 0;
+    std::uint32_t beats_ = 0;   // of the permits
+    std::int32_t periods_ = 0;  // all
     bool cycle_ = true;  // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;
     int announced_ = 0;  // periods in which ramping is true without a ramp

@@ -71,9 +71,9 @@ class Said(unittest.TestCase):
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
         for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt thermal_displacement names=growth", "loadrt joint_offset names=x-stage interlock=no",
-                     "loadrt interlock names=interlock", "net permit interlock.function-permit-0 => growth.permit", "net state growth.state => interlock.function-state-0", "addf growth.update servo-thread",
-                     "addf x-stage.update servo-thread", "addf interlock.update servo-thread", "setp x-stage.min-limit -100", "setp x-stage.max-limit 100",
-                     "setp x-stage.joint-acceleration 2000", "setp x-stage.offset-acceleration 1000", "setp interlock.function-services-0 0", "start"):
+                     "loadrt interlock names=interlock", "net permit interlock.function-permit-0 => growth.permit", "net state growth.state => interlock.function-state-0", "addf interlock.update servo-thread",
+                     "addf growth.update servo-thread", "addf x-stage.update servo-thread", "setp x-stage.min-limit -100", "setp x-stage.max-limit 100",
+                     "setp x-stage.joint-acceleration 2000", "setp x-stage.offset-acceleration 1000", "setp interlock.function-services-0 0", "setp interlock.function-stages-0 0", "start"):
             self.host.command(line)
         self.host.run(0.05)
         self.hal = HostHal(self.host)
@@ -156,8 +156,7 @@ class Said(unittest.TestCase):
                     self.assertIn("The change could not be logged", " ".join(robot.said))
 
     def test_off_that_interlock_does_not_see_returns_the_offset_in_a_program_and_says_so(self):
-        for line in ("net permit interlock.stage-permit-0 => x-stage.permit", "setp x-stage.row 0", "setp x-stage.motion-enabled 1",
-                     "setp x-stage.homed 1", "setp x-stage.offset-0 0.02"):
+        for line in ("setp x-stage.motion-enabled 1", "setp x-stage.homed 1", "setp x-stage.offset-0 0.02"):
             self.host.command(line)
         for program in ("running", "paused", "idle"):
             self.host.command("setp x-stage.enable 1")

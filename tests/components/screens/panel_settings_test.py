@@ -108,13 +108,14 @@ class WithHost(unittest.TestCase):
             "loadrt threads name1=servo-thread period1=1000000",
             "loadrt thermal_displacement names=growth",
             "loadrt interlock count=1",
+            "setp interlock.0.function-stages-0 0",
             "loadrt squareness names=square interlock=no chain=w-X-Y.b-Z-C-t",
             "net growth-permit interlock.0.function-permit-0 => growth.permit",
             "net growth-state growth.state => interlock.0.function-state-0",
             "net load growth.load",
+            "addf interlock.0.update servo-thread",
             "addf growth.update servo-thread",
             "addf square.update servo-thread",
-            "addf interlock.0.update servo-thread",
             "start",
         ):
             self.host.command(line)

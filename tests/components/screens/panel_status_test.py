@@ -36,12 +36,12 @@ STAGES += [line for number, axis in enumerate("xyz") for line in (
 class Machinery(unittest.TestCase):
     """Functions on a host, with motion's pins by signals on and homed."""
 
-    LINES, STAGES = (), 1  # lines of HAL, and the number of stages
+    LINES, NUMBER = (), 0  # lines of HAL, and the number of stages
 
     def setUp(self):
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.STAGES, "addf interlock.update servo-thread",
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.NUMBER, "addf interlock.update servo-thread",
                      *self.LINES, "start"):
             self.host.command(line)
         self.host.run(0.05)
@@ -75,7 +75,7 @@ class Machinery(unittest.TestCase):
 
 
 class Squareness(Machinery):
-    STAGES = 3
+    NUMBER = 3
     LINES = (
         "loadrt squareness names=square chain=" + CHAIN, "loadrt joint_offset names=x-stage,y-stage,z-stage", "newsig on bit", "newsig homed bit",
         "net on interlock.motion-enabled", "net homed interlock.all-homed square.all-homed",

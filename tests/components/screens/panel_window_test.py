@@ -748,7 +748,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: finger.find("The load is not valid"), "the lost load")
         finger.await_text("\u2716 not valid")
         finger.await_text("The load is lost")
-        finger.press("axis_growth")
+        finger.press("Growth of the axes")
         finger.await_text("temperature-0")
         finger.await_text("20 \u00b0C")
 

@@ -182,7 +182,7 @@ class WithItHere(OnTrial):
 
     def watch(self):
         super().watch()
-        self.acted = self.acted and bool(self.rig.get(self.function.instance, "enable"))
+        self.acted = self.acted and bool(self.rig.get(self.function.instance, "enabled"))
 
     def finish(self, values):
         if self.acting() is not None:
