@@ -63,8 +63,10 @@ public:
 
     // Once in each period.
     void step(std::uint32_t word) noexcept {
-        const bool mine = BusWord::fits(word, who_, where_) && BusWord::row(word) != BusWord::no_row &&
+        const bool fits = BusWord::fits(word, who_, where_) && BusWord::row(word) != BusWord::no_row &&
                           (row_ == BusWord::no_row || BusWord::row(word) == row_);
+        const bool mine = fits && fitted_;  // one alone may be a chance of another number
+        fitted_ = fits;
         const bool beats = mine && heard_ && BusWord::beat(word) != beat_;
         silence_ = beats ? 0 : std::min(silence_ + 1, 2 * dead_);
         if (!mine) return;
@@ -85,7 +87,7 @@ private:
     Party who_;
     Direction where_;
     std::uint32_t row_, beat_ = 0, content_ = 0;
-    bool heard_ = false;
+    bool heard_ = false, fitted_ = false;
     int dead_, silence_;
 };
 

@@ -83,7 +83,7 @@ public:
         }
         heard_.step(bus_->permit);
         Permit permit = Permit::of(heard_.content());
-        permit.arm = permit.arm && alive();
+        permit.arm = permit.arm || !heard_.heard();  // a cycle that runs already is no start
         const double given = bus_->trial;
         trial_ = permit.source == Permit::of_trial ? given : 0;
         return permit;

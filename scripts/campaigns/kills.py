@@ -54,8 +54,9 @@ set -e
 ip link set lo up
 mount -t tmpfs -o mode=0755 tmpfs /opt
 cp "$1" /opt/kills.py
-mkdir /opt/build /opt/configs
+mkdir /opt/build /opt/configs /opt/components
 mount --bind "$2" /opt/build
+mount --bind "$3/../components" /opt/components  # where links of the build lead
 mount --bind "$3" /opt/configs
 for folder in /tmp /dev/shm /run/lock /var/tmp /mnt; do
     if [ -d "$folder" ]; then mount -t tmpfs -o mode=1777 tmpfs "$folder"; fi

@@ -146,9 +146,9 @@ TEST(ThreadOrder, TwoInstancesAreTwoFindings) {
 TEST(ThreadOrder, OnlyWrongFunctionsMoveTheFirstOfTheThreadFirst) {
     EXPECT_THAT(commands(misplaced({{"servo-thread", {x_stage, guard, motion, square, feedback}}}, {})),
                 ElementsAre("delf x-stage.update-feedback servo-thread",
-                            "addf x-stage.update-feedback servo-thread 3", "delf x-stage.update servo-thread",
-                            "addf x-stage.update servo-thread", "delf interlock.update servo-thread",
-                            "addf interlock.update servo-thread"));
+                            "addf x-stage.update-feedback servo-thread 3",
+                            "delf interlock.update servo-thread", "addf interlock.update servo-thread 4",
+                            "delf x-stage.update servo-thread", "addf x-stage.update servo-thread"));
 }
 
 TEST(ThreadOrder, FunctionsOfOthersAreIgnoredWhereverTheyAre) {

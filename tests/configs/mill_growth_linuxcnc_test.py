@@ -31,7 +31,7 @@ def tested(folder, program):
 class MillUnderTest(unittest.TestCase):
     def judged(self, program, verdict, sentence):
         results, output = tested(own_folder(type(self)), program)
-        self.assertIn("Growth test: The machine is warm by the rules.", output)
+        self.assertIn("Growth test: The test has ended: the machine is warm.", output)
         self.assertEqual(results["verdict"], verdict)
         self.assertEqual(results["compensation"]["sentence"], sentence)
         z = results["axes"]["Z"]

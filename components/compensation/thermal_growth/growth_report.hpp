@@ -42,6 +42,7 @@ struct TestReport : hal::Group {
                               "Number of the advice; 0 for none."};
     hal::Told told_advice{this, "advice", hal::Tell::behind_panel, "{advice-code}"};
     hal::Codes<Fault> fault{this, "fault"};
+    hal::Told told_fault{this, "fault", hal::Tell::text, "{fault-code}"};  // the test goes on
     hal::Out<std::int32_t> fault_bore{this, "fault-bore", "Number of the bore of the fault; 0 for none."};
 
     void show(const GrowthTest& test, const GrowthTest::Settings& settings) noexcept {

@@ -174,6 +174,7 @@ def _of_squareness(machine, instance, changes, values, chain_program):
     """What plumb squareness computes for the settings now and then."""
     chain, rotary, path = chain_program
     now = {short: instance.value(values, short) for short, pin in instance.pins.items() if not pin.output}
+    now.setdefault("enable", is_permitted(instance, values))
     before, after = program.corrections(chain, rotary, [now, {**now, **changes}], path)
     moving = {_axis(instance, short) for short in _outputs(instance)}
     return [Move(axis, after[axis] - before[axis], True) for axis in after if axis in moving]

@@ -81,7 +81,7 @@ class GrowthTestPage(FunctionPage):
 
     def refresh(self, values):
         super().refresh(values)
-        runs = self.get(values, "state") and not self.get(values, "stop-reason") and self.get(values, "state-code") != growth_test_state.INTERRUPTED
+        runs = self.get(values, "state-code") and not self.get(values, "stop-reason") and self.get(values, "state-code") != growth_test_state.INTERRUPTED
         self._figures.show_value(_("Elapsed"), seconds(self.get(values, "elapsed", 0.0)))
         self._figures.show_value(_("Remaining"), self.remaining(values) if runs else "\u2013")
         self._figures.show_value(_("Pass"), number(self.get(values, "pass")))

@@ -74,7 +74,7 @@ class Voice:
     def _of(self, instance, values):
         declared, name, title = instance.declared, instance.name, self.machine.title_of
         fault = instance.value(values, "fault-code", 0) if "fault-code" in declared.codes else 0
-        if fault:
+        if fault and "fault" not in declared.told:
             yield _Said((name, "fault"), fault, "error", 0, lambda: (title(instance), _of_fault(instance, values, fault)))
         number = instance.value(values, "status-code", 0)
         its = declared.statuses.get(number)

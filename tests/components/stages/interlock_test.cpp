@@ -113,7 +113,7 @@ std::string numbered(const std::string& stem, int number) {
     return stem + "-" + std::to_string(number);
 }
 
-constexpr int first_periods = 3;  // until interlock hears all that it permits
+constexpr int first_periods = 4;  // until interlock hears all that it permits
 
 // interlock on a thread that runs, with functions and stages that say what a test wants (the specimen peers).
 // pulse-N beats for service N while its in1 is true.

@@ -168,6 +168,7 @@ TEST(StagePermit, TheStateSaysWhatTheSinglePinsSay) {
             EXPECT_EQ(BusWord::content(word) >> bit & 1, pins[bit] ? stage.bench.get(std::string("it.") + pins[bit]) : 0)
                 << bit << " " << when;
     };
+    stage.bench.run(0.001);
     compare("at first");
     stage.run(go, 50);
     EXPECT_EQ(stage.bench.get("it.ramping"), 1);
