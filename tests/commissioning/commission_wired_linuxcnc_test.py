@@ -52,7 +52,7 @@ class Wired(Sample):
 
         shutil.rmtree(os.path.join(os.path.dirname(self.samples), "home"))  # as on another computer, to which the folder was copied
         moved = self.start("moved")
-        self.assertIn("What passed plumb commission is held: The store is an old copy", self.output)
+        self.assertIn("commissioned: The store is an old copy", self.output)
         self.assertEqual(moved["before"], [STAGE_HELD, 0])
         self.assertRegex(" ".join(moved["doctor"].split()), "WRONG The store is an old copy, or another user's.* plumb commission --accept")
         self.assertEqual(moved["accept"], "What passed counts again on this computer.\n")

@@ -74,8 +74,9 @@ class Voice:
     def _of(self, instance, values):
         declared, name, title = instance.declared, instance.name, self.machine.title_of
         fault = instance.value(values, "fault-code", 0) if "fault-code" in declared.codes else 0
-        if fault and "fault" not in declared.told:
-            yield _Said((name, "fault"), fault, "error", 0, lambda: (title(instance), _of_fault(instance, values, fault)))
+        if fault:
+            tell = declared.told.get("fault", {}).get("tell", "error")
+            yield _Said((name, "fault"), fault, tell, 0, lambda: (title(instance), _of_fault(instance, values, fault)))
         number = instance.value(values, "status-code", 0)
         its = declared.statuses.get(number)
         if its is not None and its["kind"] == "wait" and its["tell"] == "never":
@@ -88,7 +89,7 @@ class Voice:
         elif number:
             yield _Said((name, "status"), number, "text", 0, lambda: (title(instance), ["status-code %s." % number]))
         for short, told in declared.told.items():
-            if instance.value(values, short):
+            if short != "fault" and instance.value(values, short):
                 codes = tuple(instance.value(values, each, 0) for each in naming.BRACES.findall(told["sentence"]) if each in declared.codes)
                 yield _Said((name, short), codes, told["tell"], 0, lambda told=told: (title(instance), [naming.named(instance, values, told["sentence"])]))
 
