@@ -13,9 +13,9 @@ enum class Place : std::uint8_t {
     none,         // anywhere
     feedback,     // takes an offset from the feedback of a drive
     motion,       // LinuxCNC's motion-controller
-    interlock,    // permits functions and stages
     source,       // computes offsets
     stage,        // brings them into an axis
+    interlock,    // permits them
     measurement,  // reads positions
     program,      // of a simulated machine, as the next two
     machine,
@@ -36,9 +36,9 @@ struct PlaceInfo {
 };
 
 inline constexpr unsigned before_motion = bit(Place::feedback);
-inline constexpr unsigned after_motion = before_motion | bit(Place::motion);
-inline constexpr unsigned before_sources = after_motion | bit(Place::interlock);
+inline constexpr unsigned before_sources = before_motion | bit(Place::motion);
 inline constexpr unsigned before_stages = before_sources | bit(Place::source);
+inline constexpr unsigned before_interlock = before_stages | bit(Place::stage);
 inline constexpr unsigned before_machine = bit(Place::program);
 inline constexpr unsigned before_load = before_machine | bit(Place::machine);
 
@@ -47,9 +47,9 @@ inline constexpr PlaceInfo places[] = {
     {Place::none, "none", "", 0, false, false},
     {Place::feedback, "feedback", "the correction of feedback", 0, true, false},
     {Place::motion, "motion", "motion-controller", before_motion, true, false},
-    {Place::interlock, "interlock", "interlock", after_motion, true, true},
     {Place::source, "source", "all sources of offsets", before_sources, false, true},
     {Place::stage, "stage", "all stages", before_stages, true, true},
+    {Place::interlock, "interlock", "interlock", before_interlock, true, true},
     {Place::measurement, "measurement", "measurements", before_sources, false, false},
     {Place::program, "program", "the simulated program", 0, false, false},
     {Place::machine, "machine", "the simulated machine", before_machine, false, false},

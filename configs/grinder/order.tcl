@@ -7,7 +7,7 @@ if {[catch {source $::env(HALLIB_DIR)/plumb_order.tcl}]} {source [file join [fil
 plumb_order {
   z-stage.update-feedback
 } {
-  interlock.update
   chop.update
   z-stage.update
+  interlock.update
 }

@@ -9,10 +9,10 @@ plumb_order {
   y-stage.update-feedback
   z-stage.update-feedback
 } {
-  interlock.update
   axis-growth.update
   growth-test.update
   x-stage.update
   y-stage.update
   z-stage.update
+  interlock.update
 }

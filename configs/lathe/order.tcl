@@ -7,6 +7,6 @@ if {[catch {source $::env(HALLIB_DIR)/plumb_order.tcl}]} {source [file join [fil
 plumb_order {
 
 } {
-  interlock.update
   centre.update
+  interlock.update
 }

@@ -9,11 +9,11 @@ plumb_order {
   y-stage.update-feedback
   z-stage.update-feedback
 } {
-  interlock.update
   growth.update
   square.update
   x-stage.update
   y-stage.update
   z-stage.update
   z-axis-stage.update
+  interlock.update
 }

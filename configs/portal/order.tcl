@@ -9,9 +9,9 @@ plumb_order {
   y-stage.update-feedback
   z-stage.update-feedback
 } {
-  interlock.update
   square.update
   x-stage.update
   y-stage.update
   z-stage.update
+  interlock.update
 }

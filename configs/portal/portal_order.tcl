@@ -10,10 +10,10 @@ plumb_order {
   z-stage.update-feedback
   w-stage.update-feedback
 } {
-  interlock.update
   square.update
   x-stage.update
   y-stage.update
   z-stage.update
   w-stage.update
+  interlock.update
 }

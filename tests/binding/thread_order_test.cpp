@@ -30,7 +30,7 @@ const PlacedFunction feedback{"x-stage.update-feedback", Place::feedback},
 
 using Functions = std::vector<PlacedFunction>;
 
-const Functions right{reads, handler, feedback, motion, guard, test, chop, square, x_stage, y_stage, writes};
+const Functions right{reads, handler, feedback, motion, test, chop, square, x_stage, y_stage, guard, writes};
 
 std::vector<std::string> names(const Functions& functions) {
     std::vector<std::string> result;
@@ -100,10 +100,10 @@ TEST(ThreadOrder, EachWrongOrderOfTwoHasItsSentence) {
               "square.update runs before motion-controller in servo-thread; it belongs after it.");
     EXPECT_EQ(sentence(x_stage, square),
               "x-stage.update runs before square.update in servo-thread; it belongs after it.");
-    EXPECT_EQ(sentence(y_stage, guard),
-              "y-stage.update runs before interlock.update in servo-thread; it belongs after it.");
-    EXPECT_EQ(sentence(chop, guard),
-              "chop.update runs before interlock.update in servo-thread; it belongs after it.");
+    EXPECT_EQ(sentence(guard, y_stage),
+              "interlock.update runs before y-stage.update in servo-thread; it belongs after it.");
+    EXPECT_EQ(sentence(guard, chop),
+              "interlock.update runs before chop.update in servo-thread; it belongs after it.");
     EXPECT_EQ(sentence(x_stage, feedback),
               "x-stage.update runs before x-stage.update-feedback in "
               "servo-thread; it belongs after it.");
@@ -116,7 +116,7 @@ TEST(ThreadOrder, EachWrongOrderOfTwoHasItsSentence) {
 }
 
 TEST(ThreadOrder, FeedbackGoesRightBeforeMotionController) {
-    const Misplaced wrong = only({reads, handler, motion, square, x_stage, feedback});
+    const Misplaced wrong = only({reads, handler, motion, square, x_stage, feedback, guard});
     EXPECT_EQ(wrong.sentence,
               "x-stage.update-feedback runs after motion-controller, square.update and x-stage.update in "
               "servo-thread; it belongs before them.");
@@ -129,26 +129,26 @@ TEST(ThreadOrder, AFunctionOnTheWrongSideOfSeveralNamesSome) {
         only({x_stage, feedback, {"y-stage.update-feedback", Place::feedback}, motion, square}).sentence,
         "x-stage.update runs before motion-controller, x-stage.update-feedback and 2 more in "
         "servo-thread; it belongs after them.");
-    EXPECT_EQ(only({motion, chop, square, x_stage, y_stage, guard}).sentence,
-              "interlock.update runs after chop.update, square.update and 2 more in servo-thread; it "
-              "belongs before them.");
+    EXPECT_EQ(only({guard, motion, chop, square, x_stage, y_stage}).sentence,
+              "interlock.update runs before motion-controller, chop.update and 3 more in servo-thread; it "
+              "belongs after them.");
 }
 
 TEST(ThreadOrder, TwoInstancesAreTwoFindings) {
-    const auto wrong = misplaced({{"servo-thread", {y_stage, x_stage, motion, guard, square}}}, {});
+    const auto wrong = misplaced({{"servo-thread", {y_stage, x_stage, motion, square, guard}}}, {});
     ASSERT_THAT(wrong, SizeIs(2));
     EXPECT_THAT(commands(wrong),
-                ElementsAre("delf y-stage.update servo-thread", "addf y-stage.update servo-thread",
-                            "delf x-stage.update servo-thread", "addf x-stage.update servo-thread 4"));
+                ElementsAre("delf y-stage.update servo-thread", "addf y-stage.update servo-thread 4",
+                            "delf x-stage.update servo-thread", "addf x-stage.update servo-thread 3"));
 }
 
 // What is right beside motion-controller stays, though others are on the wrong side of it, too.
 TEST(ThreadOrder, OnlyWrongFunctionsMoveTheFirstOfTheThreadFirst) {
     EXPECT_THAT(commands(misplaced({{"servo-thread", {x_stage, guard, motion, square, feedback}}}, {})),
                 ElementsAre("delf x-stage.update-feedback servo-thread",
-                            "addf x-stage.update-feedback servo-thread 3",
-                            "delf interlock.update servo-thread", "addf interlock.update servo-thread 4",
-                            "delf x-stage.update servo-thread", "addf x-stage.update servo-thread"));
+                            "addf x-stage.update-feedback servo-thread 3", "delf x-stage.update servo-thread",
+                            "addf x-stage.update servo-thread", "delf interlock.update servo-thread",
+                            "addf interlock.update servo-thread"));
 }
 
 TEST(ThreadOrder, FunctionsOfOthersAreIgnoredWhereverTheyAre) {
@@ -171,26 +171,26 @@ TEST(ThreadOrder, AStageInAnotherThreadThanMotionControllerIsWrongAndASourceIsNo
 }
 
 TEST(ThreadOrder, WithoutMotionControllerTheStagesBelongToInterlock) {
-    const auto wrong = misplaced({{"one", {x_stage}}, {"two", {guard, square, y_stage}}}, {});
+    const auto wrong = misplaced({{"one", {x_stage}}, {"two", {square, y_stage, guard}}}, {});
     ASSERT_THAT(wrong, SizeIs(1));
     EXPECT_EQ(wrong.front().sentence, "x-stage.update is in one; it belongs in two, with interlock.update.");
 }
 
 TEST(ThreadOrder, FunctionsOfTwoThreadsHaveNoOrderAmongEachOther) {
-    EXPECT_THAT(misplaced({{"base-thread", {square}}, {"servo-thread", {motion, guard, x_stage}}}, {}),
+    EXPECT_THAT(misplaced({{"base-thread", {square}}, {"servo-thread", {motion, x_stage, guard}}}, {}),
                 IsEmpty());
 }
 
 TEST(ThreadOrder, AFunctionThatNoThreadHasIsNamed) {
-    const Misplaced wrong = only({handler, motion, guard, square, writes}, {x_stage, feedback, test, mill});
+    const Misplaced wrong = only({handler, motion, square, guard, writes}, {x_stage, feedback, test, mill});
     EXPECT_EQ(wrong.sentence,
               "x-stage.update is in no thread, so it is never called; it belongs in servo-thread.");
-    EXPECT_THAT(wrong.commands, ElementsAre("addf x-stage.update servo-thread 5"));
+    EXPECT_THAT(wrong.commands, ElementsAre("addf x-stage.update servo-thread 4"));
 }
 
 TEST(ThreadOrder, CommandsMendAnyOrderAndMoveNothingThatIsRight) {
-    const Functions all{reads,   handler, feedback, motion,  guard, test, chop, square,
-                        x_stage, y_stage, writes,   program, mill,  load};
+    const Functions all{reads,   handler, feedback, motion, test,    chop, square,
+                        x_stage, y_stage, guard,    writes, program, mill, load};
     for (unsigned seed = 0; seed < 3000; ++seed) {
         std::mt19937 random(seed);
         Functions functions = all;
@@ -228,11 +228,11 @@ TEST(ThreadOrder, CommandsMendAnyOrderAndMoveNothingThatIsRight) {
 
 TEST(ThreadOrder, PlacesAreWrittenAsSentences) {
     EXPECT_EQ(order_of(Place::stage),
-              "After motion-controller, interlock and all sources of offsets, in the thread of "
+              "After motion-controller and all sources of offsets, before interlock, in the thread of "
               "motion-controller.");
-    EXPECT_EQ(order_of(Place::source), "After motion-controller and interlock, before all stages.");
+    EXPECT_EQ(order_of(Place::source), "After motion-controller, before all stages and interlock.");
     EXPECT_EQ(order_of(Place::program), "Before the simulated machine and the simulated load.");
-    EXPECT_EQ(order_of(Place::measurement), "After motion-controller and interlock.");
+    EXPECT_EQ(order_of(Place::measurement), "After motion-controller.");
     EXPECT_EQ(order_of(Place::none), "");
     for (const PlaceInfo& one : places) EXPECT_EQ(place_named(one.name), one.place);
     EXPECT_EQ(place_named("nowhere"), Place::none);

@@ -449,7 +449,7 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
         EXPECT_THAT(wrong.output, EndsWith("\n5 things are WRONG; the command below each fixes it.\n"));
         EXPECT_THAT(wrong.output,
                     Finds("WRONG",
-                          "x-stage.update runs before motion-controller, interlock.update and 3 more in "
+                          "x-stage.update runs before motion-controller, square.update and 2 more in "
                           "servo-thread; it belongs after them.",
                           "halcmd delf x-stage.update servo-thread && halcmd addf x-stage.update "
                           "servo-thread 7"));
@@ -464,8 +464,8 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
         EXPECT_THAT(right.output,
                     Finds("ok",
                           "In order in servo-thread: x-stage.update-feedback, y-stage.update-feedback, "
-                          "motion-controller, interlock.update, square.update, x-stage.update, "
-                          "y-stage.update.",
+                          "motion-controller, square.update, x-stage.update, y-stage.update, "
+                          "interlock.update.",
                           ""));
         EXPECT_THAT(right.output, EndsWith("\nAll is well.\n"));
         await_fault_code("0");

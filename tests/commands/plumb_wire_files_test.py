@@ -295,7 +295,7 @@ class Order(unittest.TestCase):
     def setUp(self):
         self.home, self.hallib = own_folder(self), own_folder(self)
         self.environment = {name: value for name, value in os.environ.items() if name != "HALLIB_DIR"}
-        self.write_order(mock.Mock(before=["c", "d"], first=[], after=["e"], last=["f"]))
+        self.write_order(mock.Mock(before=["c", "d"], after=["e"], last=["f"]))
         self.shared = read(os.path.join(BUILD, "share", "plumb", "functions", "plumb_order.tcl"))
         write(os.path.join(self.home, "plumb_order.tcl"), self.shared)
 

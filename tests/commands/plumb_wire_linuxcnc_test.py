@@ -60,7 +60,7 @@ class Works(Sample):
         behind = behind.split()
         self.assertLess(behind.index("square.update"), behind.index("x-stage.update"))
         self.assertLess(behind.index("growth.update"), behind.index("z-axis-stage.update"))
-        self.assertEqual(behind[0], "interlock.update")
+        self.assertEqual(behind[-1], "interlock.update")
         self.assertIn("%d functions stand around motion-controller in servo-thread" % (3 + len(behind)), flat)
         # Limits come from the INI file, by name, or from its numbers.
         self.assertIn("setp x-stage.joint-acceleration [JOINT_0]MAX_ACCELERATION\n", hal)

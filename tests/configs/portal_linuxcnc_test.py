@@ -92,7 +92,7 @@ class Shift:
         ways = np.diff(np.vstack([self.position, self.rail]), axis=1, prepend=0)
         ways[:, self.moved() > 3] = 0  # homing sets positions
         nothing = np.zeros(len(self.rail))
-        enabled = self.shift["square.enabled"]
+        enabled = self.shift["square.enabled"]  # as square reads it
         active = (enabled == 1) & (self.shift["motion.is-all-homed"] == 1)
         level = self.shift["square.axis-direction"] == 1
         beyond = []

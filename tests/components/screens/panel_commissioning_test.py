@@ -30,8 +30,8 @@ LINES = [
     "net square-permit interlock.function-permit-0 square.permit", "net square-state square.state interlock.function-state-0",
     "net stages-ramping interlock.ramping square.stages-ramping", *("net of-%s of-%s.out square.%s" % (pin, pin, pin) for pin in INPUTS),
     "setp interlock.function-stages-0 3", "setp interlock.function-services-0 0", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25",
-    "setp square.max-speed 100", *STAGES, "addf switch servo-thread", "addf homing servo-thread", "addf mode servo-thread", "addf interlock.update servo-thread", "addf square.update servo-thread",
-    "addf x-stage.update servo-thread", "addf y-stage.update servo-thread", "addf x-drive servo-thread",
+    "setp square.max-speed 100", *STAGES, "addf switch servo-thread", "addf homing servo-thread", "addf mode servo-thread", "addf square.update servo-thread",
+    "addf x-stage.update servo-thread", "addf y-stage.update servo-thread", "addf interlock.update servo-thread", "addf x-drive servo-thread",
     "addf y-drive servo-thread", "start"]
 
 

@@ -71,8 +71,8 @@ class Said(unittest.TestCase):
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
         for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt thermal_displacement names=growth", "loadrt joint_offset names=x-stage interlock=no",
-                     "loadrt interlock names=interlock", "net permit interlock.function-permit-0 => growth.permit", "net state growth.state => interlock.function-state-0", "addf interlock.update servo-thread",
-                     "addf growth.update servo-thread", "addf x-stage.update servo-thread", "setp x-stage.min-limit -100", "setp x-stage.max-limit 100",
+                     "loadrt interlock names=interlock", "net permit interlock.function-permit-0 => growth.permit", "net state growth.state => interlock.function-state-0", "addf growth.update servo-thread", "addf x-stage.update servo-thread",
+                     "addf interlock.update servo-thread", "setp x-stage.min-limit -100", "setp x-stage.max-limit 100",
                      "setp x-stage.joint-acceleration 2000", "setp x-stage.offset-acceleration 1000", "setp interlock.function-services-0 0", "setp interlock.function-stages-0 0", "start"):
             self.host.command(line)
         self.host.run(0.05)

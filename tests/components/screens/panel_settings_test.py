@@ -113,9 +113,9 @@ class WithHost(unittest.TestCase):
             "net growth-permit interlock.0.function-permit-0 => growth.permit",
             "net growth-state growth.state => interlock.0.function-state-0",
             "net load growth.load",
-            "addf interlock.0.update servo-thread",
             "addf growth.update servo-thread",
             "addf square.update servo-thread",
+            "addf interlock.0.update servo-thread",
             "start",
         ):
             self.host.command(line)

@@ -41,8 +41,8 @@ class Machinery(unittest.TestCase):
     def setUp(self):
         self.host = plumb.Host()
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.NUMBER, "addf interlock.update servo-thread",
-                     *self.LINES, "start"):
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.NUMBER, *self.LINES,
+                     "addf interlock.update servo-thread", "start"):
             self.host.command(line)
         self.host.run(0.05)
         self.look()

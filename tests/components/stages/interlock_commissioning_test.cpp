@@ -56,7 +56,7 @@ struct Machine {
         bench.command(std::string("setp interlock.commissioning ") + required);
         for (const char* function :
              {"motion-command-handler", "x-stage.update-feedback", "y-stage.update-feedback",
-              "motion-controller", "interlock.update", "square.update", "x-stage.update", "y-stage.update",
+              "motion-controller", "square.update", "x-stage.update", "y-stage.update", "interlock.update",
               "x-drive", "y-drive"})
             bench.command(std::string("addf ") + function + " servo-thread");
         bench.command("start");

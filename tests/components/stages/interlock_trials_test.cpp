@@ -82,8 +82,8 @@ public:
         }
         for (const char* function :
              {"motion-command-handler", "z-axis.update", "x-stage.update-feedback", "y-stage.update-feedback",
-              "motion-controller", "interlock.update", "square.update", "other.update", "x-stage.update",
-              "y-stage.update", "z-stage.update", "x-drive", "y-drive"})
+              "motion-controller", "square.update", "other.update", "x-stage.update", "y-stage.update",
+              "z-stage.update", "interlock.update", "x-drive", "y-drive"})
             bench_.command(std::string("addf ") + function + " servo-thread");
         bench_.command("start");
         bench_.run(4);

@@ -60,8 +60,8 @@ struct Machine {
         load_interlock();
         for (const char* function :
              {"z-axis.update", "y-axis.update", "x-stage.update-feedback", "u-stage.update-feedback",
-              "x-joint.update", "u-joint.update", "peers.update", "interlock.update", "z-stage.update",
-              "y-stage.update", "x-stage.update", "u-stage.update"})
+              "x-joint.update", "u-joint.update", "peers.update", "z-stage.update", "y-stage.update",
+              "x-stage.update", "u-stage.update", "interlock.update"})
             call(function);
         bench.command("start");
         for (const char* letter : {"z", "y"})
@@ -71,9 +71,7 @@ struct Machine {
     void net(const std::string& signal, const std::string& pins) {
         bench.command("net " + signal + " " + pins);
     }
-    void call(const std::string& function) {
-        bench.command("addf " + function + (function.find(' ') == std::string::npos ? " servo-thread" : ""));
-    }
+    void call(const std::string& function) { bench.command("addf " + function + " servo-thread"); }
 
     void load_interlock() {
         bench.command("loadrt interlock names=interlock functions=2 stages=4");
@@ -144,7 +142,7 @@ struct Machine {
 
     void return_from(Gone how) {
         if (how == Gone::unloaded) load_interlock();
-        call("interlock.update servo-thread 9");
+        call("interlock.update");
     }
 
     Bench bench{Bench::Thread::none, with_specimens()};

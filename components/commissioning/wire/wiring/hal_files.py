@@ -160,8 +160,7 @@ class HalFiles:
     @property
     def behind(self):
         """The functions behind motion-controller, in the order of the data."""
-        names = [name for part in self.all_parts for name in part.first]
-        names += [name for function in self.functions for name in function.updates]
+        names = [name for function in self.functions for name in function.updates]
         names += [name for part in self.all_parts for name in part.after]
         return names + [name for part in self.all_parts for name in part.last]
 

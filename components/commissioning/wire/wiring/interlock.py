@@ -53,7 +53,7 @@ def interlock(functions, stages, has_operation):
             _stroke(part)
     if any("axis_offset" in stage.modules for stage in stages):
         _arm(part)
-    part.first = ["interlock.update"]
+    part.last = ["interlock.update"]
     return part
 
 

@@ -15,7 +15,6 @@ class Part:
     setp: list = dataclasses.field(default_factory=list)
     nets: list = dataclasses.field(default_factory=list)  # words of net
     before: list = dataclasses.field(default_factory=list)  # motion-controller
-    first: list = dataclasses.field(default_factory=list)  # after motion-controller
     after: list = dataclasses.field(default_factory=list)  # the functions
     last: list = dataclasses.field(default_factory=list)
     is_late: bool = False  # loaded after the functions
