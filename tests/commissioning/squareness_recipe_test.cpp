@@ -188,7 +188,10 @@ struct SquarenessRecipe : testing::Test {
     // The component with the lines that were printed, between the axes and their drives.
     void load(const std::string& output) {
         const Folder folder;
-        bench.source(folder.write("square.hal", hal_lines(output)),
+        std::string lines = hal_lines(output);
+        const std::string name = "names=square";
+        lines.insert(lines.find(name) + name.size(), " interlock=no");
+        bench.source(folder.write("square.hal", lines),
                      folder.write("machine.ini", "[TRAJ]\nMAX_LINEAR_VELOCITY = 1000\n"));
         for (const std::string axis : {"x", "y", "z", "w"}) {
             const bool chained = output.find("-W-") != std::string::npos || axis != "w";

@@ -688,33 +688,6 @@ TEST_F(Chopping, HoldsWhereItsKindSaysAtAnyPhaseAndGoesOn) {
     EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
 }
 
-// interlock holds what has not passed plumb commission: 12, or 13 for a stage.
-TEST_F(Chopping, ATrialThatIsOverStandsAtOnceAndTheNextOneGoesToR) {
-    for (const int untried : {12, 13}) {
-        Random random(23);
-        for (int i = 0; i < 8; ++i) {
-            SCOPED_TRACE(std::to_string(untried) + " " + std::to_string(i));
-            set("interlock-status", 0);
-            set("enable", 1);
-            start();
-            bench.run(random.uniform(1, 1.6));
-            set("interlock-status", untried);
-            set("enable", 0);
-            bench.run(0.1);
-            const double place = get("command");
-            EXPECT_GE(place, -20);
-            EXPECT_LE(place, -8);
-            set("run", 0);
-            bench.run(2);
-            EXPECT_EQ(get("command"), place);
-            set("interlock-status", 0);
-            set("enable", 1);
-            bench.run(2);
-            EXPECT_EQ(get("command"), 0);
-        }
-    }
-}
-
 // Also the kind, while it stands or is on its way there; released at any time.
 TEST_F(Chopping, NoHoldBreaksALimitWhateverChangesMeanwhile) {
     Random random(22);

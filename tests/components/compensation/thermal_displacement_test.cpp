@@ -11,7 +11,8 @@
 namespace plumb {
 namespace {
 
-constexpr int works = 40, doubted = 49, no_contact = 51, asks = 53, asks_origin = 54;  // status-code
+constexpr int works = 40, no_contact = 51, asks = 53, asks_origin = 54,
+              uncertain = 55;  // status-code
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -470,7 +471,7 @@ TEST(ThermalDisplacement, AGrowthOfWhichOnlyAPartIsAppliedIsADoubt) {
     EXPECT_LT(mill.offset(), 12 * um);
     EXPECT_LT(mill.get("authority"), 0.5);
     EXPECT_EQ(mill.get("doubt-code"), 10);
-    EXPECT_EQ(mill.get("status-code"), doubted);
+    EXPECT_EQ(mill.get("status-code"), uncertain);
     EXPECT_GT(mill.get("offset-sigma"), 12 * um);
 }
 
