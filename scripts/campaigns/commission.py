@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Trials beside others that have passed, are on, change or wait with an offset. The client lets go, is killed, stopped or hangs.
 
-Each seed tries the interlock on a bench, and two runs of a complete LinuxCNC in virtual time: a session of plumb commission that comes to an
-end in each of its steps in each way, and functions with drawn faults in their wiring.
+Each seed tries interlock on a bench, and runs a complete LinuxCNC twice in virtual time. The first run ends plumb commission in each of its
+steps, in each way. The second one commissions functions that have drawn faults in their wiring.
 """
 
 import os

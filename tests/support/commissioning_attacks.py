@@ -170,7 +170,7 @@ PATIENCE = 1800  # s, for a session that ends in each of its steps
 
 
 def sessions(function, seed, ways=("kill", "stop", "hang"), steps=99):
-    """A session of a function, which ends in each of its first steps in each way, or in one that is drawn, beside the others in drawn states."""
+    """Commissions a function, and ends it in each of its first steps in each way, or in a drawn one. The other functions are in drawn states."""
     import linuxcnc_runs
     from commissioning_machines import prepared
     from plumb_folder import TemporaryFolder

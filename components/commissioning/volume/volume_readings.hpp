@@ -64,7 +64,7 @@ inline BoxResult box_from_diagonals(const BoxDiagonals& box) {
 //     before = E + s      turned = -E + s      E: the axis, s: the edge
 //
 // Both readings count up as the plunger is pressed in; it points to the + end of the axis across, and to the
-// - end after the edge was turned over. Offset and slope are taken out of each: they are those of the set-up.
+// - end after the edge was turned over. The set-up makes an offset and a slope: each reading is freed of both.
 struct Straightness {
     std::vector<double> errors, edge;     // mm
     double range = 0, range_of_edge = 0;  // mm

@@ -97,7 +97,8 @@ struct Reversal final : hal::Group {
         this, "%-direction", "1",
         "Direction in which % moved last: 1 to the + end, -1 to the - end, 0 unknown."};
     hal::Out<bool> doubtful{this, "direction-doubtful",
-                            "Errors differ by direction, and that of an axis is not certain."};
+                            "The errors of an axis differ by direction, and the direction of its last move is not "
+                            "certain."};
 
     // Each period, first: d goes on, at the acceleration and rate that the joints can share. `fresh`: the
     // tables are new. Then, and with another acceleration, a d on its way starts again at its value: it could

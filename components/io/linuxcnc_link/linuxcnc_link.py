@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 # @(#)Plumb @PROJECT_VERSION@
-"""Program and tool set as HAL pins, and what Plumb tells as messages to the operator. See linuxcnc_link(1)."""
+"""Shows the program and its tools as HAL pins, and faults and statuses of Plumb as messages of LinuxCNC. See linuxcnc_link(1)."""
 
 import argparse
 import contextlib
@@ -23,7 +23,7 @@ from panel import declared, hal_access, texts, voice  # noqa: E402
 
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
-LOOK = 0.1  # s between two looks at what is told
+LOOK = 0.1  # s between two looks at faults and statuses
 NAMES_PAUSE = 1  # s between two looks for instances
 ZERO_TIME = 0.5  # s for which zero-set is true
 PANEL_PATIENCE = 3  # s for which a beat of the panel counts

@@ -13,7 +13,7 @@ LICENSE = "# SPDX-License-Identifier: GPL-2.0-or-later"
 ORDER = LICENSE + """
 # Written by plumb wire. The last HALFILE: it adds functions in front of motion-controller and behind it, in this order.
 
-# plumb_order is that of the installed package, or of this folder.
+# The installed package gives plumb_order.tcl; without the package, the copy in a folder here does.
 if {[catch {source $::env(HALLIB_DIR)/plumb_order.tcl}]} {source [file join [file dirname [info script]] plumb_order.tcl]}
 
 plumb_order {
