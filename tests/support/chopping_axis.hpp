@@ -18,10 +18,12 @@ inline constexpr double dt = 0.001;  // s
 inline constexpr double nm = 1e-6;   // mm
 
 // A stroke from -20 to -8 mm below R, which is 0.
-inline void wire(Bench& bench, const std::string& plant = "sim_grinder") {
+inline void wire(Bench& bench, const std::string& plant = "sim_grinder",
+                 const std::string& interlock = "no") {
     bench.command("loadrt " + plant + " names=axis");
+    bench.command("loadrt chopping names=chop interlock=" + interlock);
     for (const char* line :
-         {"loadrt chopping names=chop interlock=no", "setp chop.upper            -8", "setp chop.lower           -20",
+         {"setp chop.upper            -8", "setp chop.lower           -20",
           "setp chop.feed             60", "setp chop.max-acceleration 1000", "setp chop.min-limit      -100",
           "setp chop.max-limit       100", "setp chop.homed             1", "setp chop.motion-enabled    1",
           "setp axis.resolution        0.0001", "net command chop.command => axis.position-cmd",

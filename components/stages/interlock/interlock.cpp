@@ -165,7 +165,8 @@ struct Interlock final : hal::Component {
         if (!holds_) ++beats_;
         periods_ = (periods_ + 1) & std::numeric_limits<std::int32_t>::max();
         heartbeat = periods_;
-        functions.show_status(services, its_stages, {on, homed, in_order}, beats_);
+        functions.show_status(services, its_stages, {on, homed, in_order},
+                              static_cast<std::uint32_t>(periods_));
         commissioning.permit(beats_, armed_);
         arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
@@ -269,7 +270,7 @@ private:
     bool stood_ = false;    // the path, since feed-inhibit
     bool holds_ = false;    // all offsets, because the order is wrong
     bool returns_ = false;  // an offset that was switched off in a program
-    std::uint32_t beats_ = 0;   // of the permits
+    std::uint32_t beats_ = 0;   // of the permits of stages
     std::int32_t periods_ = 0;  // all
     bool cycle_ = true;  // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;

@@ -688,6 +688,48 @@ TEST_F(Chopping, HoldsWhereItsKindSaysAtAnyPhaseAndGoesOn) {
     EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
 }
 
+// interlock holds a function that has not passed plumb commission, but for a trial: while somebody presses.
+TEST(ChoppingOnTrial, StandsAtOnceWhenTheTrialIsOverAndTheNextOneGoesToR) {
+    Random random(23);
+    Bench bench;
+    wire(bench, "sim_grinder", "yes");
+    for (const char* line :
+         {"loadrt interlock names=interlock stages=0", "net permit interlock.function-permit-0 chop.permit",
+          "net state chop.state interlock.function-state-0", "setp interlock.function-services-0 0",
+          "setp interlock.function-switch-0 1", "setp interlock.motion-enabled 1",
+          "setp interlock.all-homed 1", "setp interlock.commissioning 1", "addf interlock.update servo-thread"})
+        bench.command(line);
+    bool beat = false;
+    const auto press = [&](double seconds) {
+        bench.set("interlock.trial-function", 0);
+        for (double time = 0; time < seconds; time += 0.1) {
+            bench.set("interlock.trial-beat", beat = !beat);
+            bench.run(0.1);
+        }
+    };
+    for (int i = 0; i < 8; ++i) {
+        SCOPED_TRACE(i);
+        press(0.3);
+        bench.set("chop.run", 1);
+        press(1);
+        EXPECT_EQ(bench.get("chop.active"), 1);
+        press(random.uniform(0.1, 0.6));
+        bench.run(random.uniform(0.6, 0.7));  // nobody presses any more
+        const double place = bench.get("chop.command");
+        EXPECT_GE(place, -20);
+        EXPECT_LE(place, -8);
+        bench.set("chop.run", 0);
+        bench.run(2);
+        EXPECT_EQ(bench.get("chop.command"), place);
+        bench.set("interlock.trial-function", -1);
+        bench.run(0.1);
+        press(2);
+        EXPECT_EQ(bench.get("chop.command"), 0);
+        bench.set("interlock.trial-function", -1);
+        bench.run(0.1);
+    }
+}
+
 // Also the kind, while it stands or is on its way there; released at any time.
 TEST_F(Chopping, NoHoldBreaksALimitWhateverChangesMeanwhile) {
     Random random(22);

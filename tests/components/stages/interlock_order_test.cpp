@@ -186,6 +186,7 @@ TEST_P(InterlockOrder, WhileItRunsOffsetsHoldUntilItIsMended) {
     for (const std::string& function : functions) machine.call(function);
     machine.bench.run(found);
     machine.expect_held();
+    EXPECT_TRUE(machine.bench.get("square.enabled")) << "a function waits with its offset behind the stages";
     for (const std::string& function : functions) machine.take_away(function);
     for (const std::string& function : Machine::right()) machine.call(function);
     machine.expect_applied();
