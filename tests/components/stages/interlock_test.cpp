@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The truth tables of the manual page of interlock: each row is a test, and random sequences are compared
 // with them.
+#include "hal/bus.hpp"
 #include "hal/status.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/place.hpp"
@@ -478,6 +479,44 @@ TEST(Interlock, LoadedItEnablesAndRequestsNothing) {
     EXPECT_EQ(machine.get("heartbeat"), first_periods);
     machine.step(1000);
     EXPECT_EQ(machine.get("heartbeat"), first_periods + 1000);
+}
+
+// Function 0 has the stage 1. What of its words interlock takes, stage_permit_test shows for the other direction.
+TEST(Interlock, WhoIsNotHeardIsNotPermittedAndIsTold) {
+    constexpr double silent = 5, unpermitted = 15, stage_fault = 9;  // fault-code, function-status
+    Machine machine;
+    machine.load({{"function-switch-0", 1}, {"function-stages-0", 2}, {"stage-in-force-1", 1}});
+    const auto expect = [&](const char* when, bool enable, double status, double fault, double row) {
+        EXPECT_EQ(machine.get("function-enable-0"), enable) << when;
+        EXPECT_EQ(machine.get("function-status-0"), status) << when;
+        EXPECT_EQ(machine.get("fault-code"), fault) << when;
+        EXPECT_EQ(machine.get("silent-row"), row) << when;
+        EXPECT_TRUE(machine.get("homing-inhibit")) << when << ": what a stage said last stays";
+    };
+    const auto holds = [&] {  // the stage 1
+        return hal::BusWord::content(static_cast<std::uint32_t>(machine.get("stage-permit-1"))) >> 2 & 1;
+    };
+    machine.set("motion-enabled", 1);
+    machine.set("all-homed", 1);
+    machine.bench.run(2);
+    expect("all are heard", true, 0, 0, -1);
+    EXPECT_EQ(holds(), 0U);
+    machine.bench.set("peers.dumb", 1);
+    machine.bench.run(0.5);
+    expect("a standing beat", false, unpermitted, 0, -1);
+    EXPECT_EQ(holds(), 1U);
+    machine.bench.run(1);
+    expect("a standing beat for long", false, unpermitted, silent, 0);
+    machine.bench.set("peers.dumb", 0);
+    machine.bench.run(0.1);
+    expect("it goes on", true, 0, 0, -1);
+    EXPECT_EQ(holds(), 0U);
+    for (const char* line : {"unlinkp it.stage-state-1", "unlinkp it.stage-state-2",
+                             "net stage-state-1 it.stage-state-2", "net stage-state-2 it.stage-state-1"})
+        machine.bench.command(line);
+    machine.bench.run(2);
+    expect("states of other rows", false, stage_fault, silent, 1);
+    EXPECT_EQ(holds(), 1U);
 }
 
 TEST(Interlock, HeartbeatIsLostAfterItsTimeoutAndNotBefore) {
