@@ -23,7 +23,6 @@ from panel import declared, hal_access, texts, voice  # noqa: E402
 
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
-LOOK = 0.1  # s between two looks at faults and statuses
 NAMES_PAUSE = 1  # s between two looks for instances
 ZERO_TIME = 0.5  # s for which zero-set is true
 PANEL_PATIENCE = 3  # s for which a beat of the panel counts
@@ -168,14 +167,11 @@ class Operator:
 
     def __init__(self, component, known):
         self._voice, self._hal, self._panel = voice.Voice(known), hal_access.Hal(component), PanelBeats(component)
-        self._names, self._names_due, self._due, self._strange = None, 0, 0, []
+        self._names, self._names_due, self._strange = None, 0, []
 
     def look(self, show):
         """show(kind, text) raises linuxcnc.error if LinuxCNC does not take it; it comes again then."""
         now = time.monotonic()
-        if now < self._due:
-            return
-        self._due = now + LOOK
         if now >= self._names_due:
             self._names_due = now + NAMES_PAUSE
             self._meet()
