@@ -26,6 +26,18 @@ const hal::Declarations& declarations_of(const std::string& module) {
     return its->declarations;
 }
 
+// Its pins: some of those declared exist only with an option. Started once.
+const std::map<std::string, Wired>& wiring_of(const Live& live) {
+    static std::map<const Live*, std::map<std::string, Wired>> known;
+    std::map<std::string, Wired>& its = known[&live];
+    if (its.empty()) {
+        Bench bench(Bench::Thread::none, with_specimens());
+        live.start(bench);
+        its = wiring(bench);
+    }
+    return its;
+}
+
 std::string text(double value) {
     std::ostringstream out;
     out.precision(17);
@@ -61,10 +73,11 @@ std::string change_beside_a_guest(const std::string& before, double rate) {
 
 std::vector<Attackable> attackable_inputs(const Live& live) {
     std::vector<Attackable> result;
+    const std::map<std::string, Wired>& loaded = wiring_of(live);
     for (const Live::Part& part : live.parts) {
         const hal::Declarations& declared = declarations_of(part.module);
         for (const hal::PinInfo& pin : declared.pins) {
-            if (pin.output) continue;
+            if (pin.output || loaded.count(part.instance + "." + pin.name) == 0) continue;
             const bool echo = std::any_of(declared.offsets.begin(), declared.offsets.end(),
                                           [&](const hal::OffsetInfo& offset) {
                                               return !offset.counts.empty() && offset.value == pin.name;
