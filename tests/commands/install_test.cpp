@@ -43,10 +43,13 @@ std::set<std::string> files_below(const fs::path& folder) {
 
 class Installed : public testing::Test {
 protected:
-    void SetUp() override {
+    void SetUp() override { install("022"); }
+
+    void install(const std::string& umask) {
         // Everything is of this component; naming it leaves the list of a real installation alone.
-        const Ended ended = run("DESTDIR=" + stage.path().string() + " cmake --install " + build_folder() +
-                                " --prefix /usr --component Unspecified");
+        const Ended ended =
+            run("umask " + umask + "; DESTDIR=" + stage.path().string() + " cmake --install " +
+                build_folder() + " --prefix /usr --component Unspecified");
         ASSERT_EQ(ended.status, 0) << ended.output;
     }
 
@@ -106,6 +109,28 @@ TEST_F(Installed, ConfigurationReachesWhatItHasInCommon) {
     const fs::path common = configs / "three_axis/common";
     EXPECT_TRUE(fs::exists(common / "hal.inc"));
     EXPECT_NE(fs::status(common / "headless.py").permissions() & fs::perms::others_exec, fs::perms::none);
+}
+
+// Folders that LinuxCNC and Debian have are there before.
+TEST_F(Installed, EverybodyMayUseIt) {
+    fs::remove_all(stage / "usr");
+    install("077");
+    const auto expect_open = [](const fs::path& path, bool entered) {
+        const fs::perms given = fs::status(path).permissions();
+        const fs::perms wanted =
+            fs::perms::others_read | (entered ? fs::perms::others_exec : fs::perms::none);
+        EXPECT_EQ(given & wanted, wanted) << path;
+    };
+    for (const fs::path& folder : {configs, stage / "usr/share/plumb"}) {
+        expect_open(folder, true);
+        for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder))
+            if (entry.is_directory()) expect_open(entry, true);
+    }
+    for (const std::string& file : files_below(stage.path())) {
+        const fs::path path = stage.path().string() + file;
+        if (!fs::is_symlink(path) || fs::exists(path))
+            expect_open(path, (fs::status(path).permissions() & fs::perms::owner_exec) != fs::perms::none);
+    }
 }
 
 TEST_F(Installed, PagesAreFoundByMan) {
