@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The bus between interlock and all that it permits: to each stage and function one word, its permit, and
-// from each one word, its state. A word says all that holds in one period:
+// from each one word, its state. A program that functions need has a state, too. A word says all that holds
+// in one period:
 //
 //     bits 31       1
-//          30-29    who: 1 a stage, 2 a function
-//          28-24    row: its number at interlock; 31 in the state of one that has no permit yet
+//          30-29    who: 1 a stage, 2 a function, 3 a program
+//          28-24    row: its number at interlock; 31 in the state of one that has no permit yet, and of a
+//                   program that may be any service
 //          23       1 from interlock, 0 to it
 //          22-17    beat: counts the periods
 //          16-8     content, see the manual pages
@@ -20,7 +22,7 @@
 
 namespace plumb::hal {
 
-enum class Party : std::uint32_t { stage = 1, function = 2 };
+enum class Party : std::uint32_t { stage = 1, function = 2, program = 3 };
 enum class Direction : std::uint32_t { to_interlock, from_interlock };
 
 struct BusWord {
@@ -63,15 +65,14 @@ public:
 
     // Once in each period.
     void step(std::uint32_t word) noexcept {
-        const bool fits = BusWord::fits(word, who_, where_) && BusWord::row(word) != BusWord::no_row &&
-                          (row_ == BusWord::no_row || BusWord::row(word) == row_);
+        const bool fits = BusWord::fits(word, who_, where_) && is_mine(BusWord::row(word));
         const bool mine = fits && fitted_;  // one alone may be a chance of another number
         fitted_ = fits;
         const bool beats = mine && heard_ && BusWord::beat(word) != beat_;
         silence_ = beats ? 0 : std::min(silence_ + 1, 2 * dead_);
         if (!mine) return;
         heard_ = true;
-        row_ = BusWord::row(word);
+        if (row_ == BusWord::no_row) row_ = BusWord::row(word);
         beat_ = BusWord::beat(word);
         content_ = BusWord::content(word);
     }
@@ -79,11 +80,17 @@ public:
     std::uint32_t row() const noexcept { return row_; }
     std::uint32_t content() const noexcept { return content_; }  // of the last good word; 0 before it
     bool heard() const noexcept { return heard_; }
+    bool beats() const noexcept { return silence_ == 0; }  // in this period
     bool alive() const noexcept { return silence_ < dead_; }
     // Dead for so long that it is a fault, and not the first periods.
     bool missed() const noexcept { return silence_ >= 2 * dead_; }
 
 private:
+    bool is_mine(std::uint32_t row) const noexcept {
+        const bool unknown = row == BusWord::no_row;
+        return row == row_ || (who_ == Party::program ? unknown : row_ == BusWord::no_row && !unknown);
+    }
+
     Party who_;
     Direction where_;
     std::uint32_t row_, beat_ = 0, content_ = 0;

@@ -20,6 +20,7 @@ net x-in-force x-stage.inhibit-homing => interlock.stage-in-force-0   # a stage
 setp x-stage.row 0
 setp y-stage.enable true
 setp y-stage.max-offset 0.1
+net retain-beat => interlock.service-heartbeat-0
 net spare row.out => x-stage.offset-0
 """
 
@@ -39,16 +40,17 @@ class FormerLines(unittest.TestCase):
         self.assertEqual(status, 1)
         said = [line.split(" names ")[0].strip() + " " + line.split(" names ")[1].split(",")[0] for line in output.splitlines() if " names " in line]
         self.assertEqual(said, ["my.hal:5 square.enable", "my.hal:6 square.interlock-status", "my.hal:7 interlock.function-busy-0",
-                                "my.hal:8 interlock.stage-in-force-0", "my.hal:9 x-stage.row"])
-        for words in ("net NAME-permit interlock.function-permit-N => square.permit", "interlock.function-state-0", "interlock.stage-state-0",
+                                "my.hal:8 interlock.stage-in-force-0", "my.hal:9 x-stage.row", "my.hal:12 interlock.service-heartbeat-0"])
+        for words in ("net NAME-permit interlock.function-permit-N => square.permit", "interlock.function-state-0", "interlock.stage-state-0", "interlock.service-state-0",
                       "a stage takes the row of its permit"):
             self.assertIn(words, output)
 
     def test_the_lines_of_today_are_not_named(self):
         for folder, name in (("mill", "stages.hal"), ("portal", "stages.hal"), ("lathe", "by_hand.hal"), ("grinder", "extra.hal")):
             with open(os.path.join(ROOT, "configs", folder, name), encoding="utf-8") as file:
-                _status, output, _line = self.check(file.read())
+                    _status, output, _line = self.check(file.read())
             self.assertNotIn(" names ", output, name)
+            self.assertIn("No function is wired in", output, name)
 
 
 if __name__ == "__main__":

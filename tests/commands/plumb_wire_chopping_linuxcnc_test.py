@@ -35,7 +35,7 @@ class Chopping(Sample):
             "setp interlock.function-services-0 51",
             "setp interlock.function-urgent-0 48",
             "net chop-state => interlock.function-state-0",
-            "net task-heartbeat linuxcnc-alive.task-heartbeat => interlock.service-heartbeat-4",
+            "net task-state linuxcnc-alive.task-state => interlock.service-state-4",
         ):
             self.assertIn(line + "\n", stages)
         function = read(os.path.join(self.folder(INCH), "chopping.hal"))

@@ -3,6 +3,7 @@
 #include "components/io/growth_log/growth_log_writer.hpp"
 #include "components/io/growth_log/growth_rows.hpp"
 #include "hal/component.hpp"
+#include "hal/program_state.hpp"
 #include "pages/growth_log.page.hpp"
 
 #include <atomic>
@@ -37,7 +38,7 @@ struct GrowthLogProgram final : hal::Component {
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
-    hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
+    hal::ProgramState program_state{this, hal::Service::growth_log};
     hal::Out<bool> resumable{this, "resumable", "An earlier test was restored and can be resumed."};
     hal::Out<std::int32_t> lines{this, "lines", "Number of records in the log."};
     hal::Codes<LogFault> fault{this, "fault"};
@@ -52,10 +53,7 @@ struct GrowthLogProgram final : hal::Component {
         look_back();
     }
 
-    void update(double) noexcept {
-        beat_ = !beat_;
-        heartbeat = beat_;
-    }
+    void update(double) noexcept { program_state.report(true, {true, has_fault_}); }
 
     void background() override {
         const std::lock_guard one_at_a_time(working_);  // finish() runs beside it
@@ -64,7 +62,9 @@ struct GrowthLogProgram final : hal::Component {
         } catch (const std::exception& error) {
             note(LogFault::disk, error.what());
         }
-        fault = problem_ != LogFault::none ? problem_ : past_;
+        const LogFault found = problem_ != LogFault::none ? problem_ : past_;
+        fault = found;
+        has_fault_ = found != LogFault::none;
         lines = static_cast<std::int32_t>(written_);
         resumable = given_ > 0 && given_ == written_;
     }
@@ -206,7 +206,8 @@ private:
     std::mutex working_;
     std::int64_t written_ = 0, given_ = 0;
     int number_ = 0;  // of the log that was given back
-    bool giving_ = false, begun_ = false, beat_ = false, found_ = false;
+    bool giving_ = false, begun_ = false, found_ = false;
+    std::atomic<bool> has_fault_{false};
     std::chrono::steady_clock::time_point find_again_{};
     LogFault problem_ = LogFault::none;  // now
     LogFault past_ = LogFault::none;     // of the last log, until the next one begins

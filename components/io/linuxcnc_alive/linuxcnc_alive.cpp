@@ -5,6 +5,7 @@
 #include "components/io/linuxcnc_alive/task_status.hpp"
 #include "hal/component.hpp"
 #include "hal/message.hpp"
+#include "hal/program_state.hpp"
 #include "pages/linuxcnc_alive.page.hpp"
 
 #include <chrono>
@@ -22,8 +23,8 @@ struct LinuxcncAlive final : hal::Component {
     static constexpr hal::Role role = hal::Role::program;
     using Component::Component;
 
-    hal::Out<bool> task_heartbeat{this, "task-heartbeat", "Changes while the main loop of task runs."};
-    hal::Out<bool> io_heartbeat{this, "io-heartbeat", "Changes while the main loop of io runs."};
+    hal::ProgramState task_state{this, hal::Service::task, "task-"};
+    hal::ProgramState io_state{this, hal::Service::io, "io-"};
     hal::Out<bool> program_running{this, "program-running",
                                    "A program or an MDI command runs or is paused, for interlock."};
     hal::Out<bool> part_program_running{
@@ -48,10 +49,8 @@ struct LinuxcncAlive final : hal::Component {
             part_program_running = report->part_program_runs;
         }
         if (!io_) look_for_io(now);
-        task_.see(cycles_, now);
-        io_beat_.see(io_ ? io_->count() : std::nullopt, now);
-        task_heartbeat = task_.bit();
-        io_heartbeat = io_beat_.bit();
+        task_state.report(task_.see(cycles_, now), {});
+        io_state.report(io_beat_.see(io_ ? io_->count() : std::nullopt, now), {});
         longest_task_pause = task_.longest_pause();
         longest_io_pause = io_beat_.longest_pause();
     }

@@ -6,6 +6,7 @@
 import argparse
 import contextlib
 import errno
+import itertools
 import os
 import re
 import signal
@@ -256,6 +257,12 @@ class Link:
         self._reported = what
 
 
+def state(beat, ready):
+    """The word for interlock, as interlock(9) has it under "The words": of a program (3) that is service 1."""
+    word = 1 << 31 | 3 << 29 | 1 << 24 | beat % 61 << 17 | ready << 8
+    return word | (word >> 24 ^ word >> 16 ^ word >> 8 ^ 0xA5) & 0xFF
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--name", default="linuxcnc-link", help="of the HAL component, as in loadusr -Wn")
@@ -280,6 +287,7 @@ def main():
         component.newpin("identify", hal.HAL_BIT, hal.HAL_IN)
         component.newpin("identified", hal.HAL_BIT, hal.HAL_OUT)
         component.newpin("heartbeat", hal.HAL_BIT, hal.HAL_OUT)
+        component.newpin("state", hal.HAL_U32, hal.HAL_OUT)
         component.newpin("compensation-side", hal.HAL_S32, hal.HAL_OUT)
         component["compensation-side"] = UNKNOWN_SIDE
         component.newpin("zero-set", hal.HAL_BIT, hal.HAL_OUT)
@@ -287,9 +295,10 @@ def main():
         component.newpin("panel-beat", hal.HAL_S32, hal.HAL_IN)
         component.ready()
         link = Link(component, known)
-        while True:
+        for beat in itertools.count():
             link.step()
-            component["heartbeat"] = not component["heartbeat"]
+            component["heartbeat"] = bool(beat & 1)
+            component["state"] = state(beat, component["connected"])
             time.sleep(PAUSE)
     finally:
         component.exit()

@@ -3,6 +3,7 @@
 #include "components/io/retain/program_identity.hpp"
 #include "components/math/blocks/edge.hpp"
 #include "hal/component.hpp"
+#include "hal/program_state.hpp"
 #include "pages/plumb_retain.page.hpp"
 
 #include <atomic>
@@ -27,7 +28,7 @@ struct Retain final : hal::Component {
         "The rising edge restores a store of another computer, or an older one: fault-code 8 to 10."};
     hal::In<bool> renew{this, "renew", false,
                         "The rising edge keeps the present values in place of such a store."};
-    hal::Out<bool> heartbeat{this, "heartbeat", "Changes once per period, for interlock."};
+    hal::ProgramState program_state{this, hal::Service::retain};
     hal::Out<bool> restored{this, "restored", "All kept values are in force."};
     hal::Out<bool> waiting{this, "waiting", "Waits for the realtime threads."};
     hal::Codes<Fault> fault{this, "fault"};
@@ -59,8 +60,7 @@ struct Retain final : hal::Component {
         const int rounds = rounds_;
         stuck_ = rounds == seen_rounds_ ? stuck_ + dt : 0;
         seen_rounds_ = rounds;
-        if (stuck_ < 5) beat_ = !beat_;
-        heartbeat = beat_;
+        program_state.report(stuck_ < 5, {is_restored_, has_fault_});
         const bool accepts = accept_.rises(accept), renews = renew_.rises(renew);
         if (accepts || renews) answer_ = accepts ? Keeper::Answer::accept : Keeper::Answer::renew;
         today();
@@ -79,7 +79,10 @@ struct Retain final : hal::Component {
 private:
     void show() {
         const Keeper::State state = keeper_->state();
-        fault = state.fault != Fault::none ? state.fault : identity_fault_;
+        const Fault found = state.fault != Fault::none ? state.fault : identity_fault_;
+        fault = found;
+        has_fault_ = found != Fault::none;
+        is_restored_ = state.restored;
         saves = state.saves;
         waiting = state.waiting;
         restored = state.restored;
@@ -114,7 +117,7 @@ private:
     std::atomic<Keeper::Answer> answer_{Keeper::Answer::none};
     int seen_rounds_ = -1;
     double stuck_ = 0;  // s
-    bool beat_ = false;
+    std::atomic<bool> is_restored_{false}, has_fault_{false};
 };
 
 hal::Model hal::model() {

@@ -5,15 +5,14 @@
 
 namespace plumb {
 
-// A bit that changes at every call while a thread is alive: for the stock component watchdog, and interlock.
+// Whether a thread is alive.
 class Liveness {
 public:
     // turns: grows while the thread is alive; dt: s since the last call.
-    bool beat(std::uint32_t turns, double dt) noexcept {
+    bool lives(std::uint32_t turns, double dt) noexcept {
         still_ = turns == turns_ ? still_ + dt : 0;
         turns_ = turns;
-        if (still_ < patience) beat_ = !beat_;
-        return beat_;
+        return still_ < patience;
     }
 
 private:
@@ -21,7 +20,6 @@ private:
 
     std::uint32_t turns_ = 0;
     double still_ = 0;
-    bool beat_ = false;
 };
 
 }  // namespace plumb

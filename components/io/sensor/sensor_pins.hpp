@@ -4,6 +4,7 @@
 #include "components/io/sensor/liveness.hpp"
 #include "components/io/sensor/reading.hpp"
 #include "hal/component.hpp"
+#include "hal/program_state.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -70,8 +71,7 @@ struct LinkPins : hal::Group {
         : Group(owner),
           its_(settings.name + "."),
           connected{this, its_ + "connected", connected_sentence},
-          heartbeat{this, its_ + "heartbeat",
-                    "Changes at every update while the link's thread is alive, for watchdog."},
+          program_state{this, hal::Service::any, its_},
           round_trip{this, its_ + "round-trip", "s", round_trip_sentence},
           errors{this, its_ + "error-count", "Number of failures."},
           fault{this, its_ + "fault", "A fault of the link is active; its fault-code gives the cause."} {
@@ -84,7 +84,7 @@ struct LinkPins : hal::Group {
     template <class State>
     void show(const State& state, double dt) noexcept {
         connected = state.connected;
-        heartbeat = liveness_.beat(state.pauses.turns(), dt);
+        program_state.report(liveness_.lives(state.pauses.turns(), dt), {true, state.fault != Fault::none});
         round_trip = state.round_trip;
         errors = state.errors;
         fault = state.fault;
@@ -96,7 +96,7 @@ private:
 
 public:
     hal::Out<bool> connected;
-    hal::Out<bool> heartbeat;
+    hal::ProgramState program_state;
     hal::Out<double> round_trip;
     hal::Out<std::int32_t> errors;
     hal::Codes<Fault> fault;

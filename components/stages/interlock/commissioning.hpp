@@ -26,9 +26,14 @@ namespace plumb {
 // permits one of them while somebody presses.
 struct Commissioning : hal::Group {
     Commissioning(hal::Component* owner, std::size_t number_of_functions, std::size_t number_of_stages)
-        : Group(owner), functions(number_of_functions), stages(number_of_stages),
-          interlock_(hal::registrar(owner).instance()), function_identities_(functions),
-          stage_identities_(stages), sources_(functions * stages), permits_(stages) {}
+        : Group(owner),
+          functions(number_of_functions),
+          stages(number_of_stages),
+          interlock_(hal::registrar(owner).instance()),
+          function_identities_(functions),
+          stage_identities_(stages),
+          sources_(functions * stages),
+          permits_(stages) {}
 
     const std::size_t functions, stages;  // their numbers
 
@@ -95,9 +100,10 @@ struct Commissioning : hal::Group {
         pressed_ = on && pressed;
         on_trial_ = acts ? 1 << its_function : 0;
         trial = moves ? given : 0;
-        const std::int32_t tried = moves               ? 1 << its_stage
-                                   : acts && !measures ? its_functions.stages_of(static_cast<std::size_t>(its_function))
-                                                       : 0;
+        const std::int32_t tried = moves ? 1 << its_stage
+                                   : acts && !measures
+                                       ? its_functions.stages_of(static_cast<std::size_t>(its_function))
+                                       : 0;
         // The stage of an axis takes its offset back while it is armed.
         tried_ = tried != 0 ? tried : tried_;
         resting_ = tried != 0 ? 0 : std::min(resting_ + dt, longest_return);
@@ -140,9 +146,8 @@ struct Commissioning : hal::Group {
         for (std::size_t i = 0; i < stages; ++i) {
             Permit its = permits_[i];
             its.arm |= armed && !trial_cycle_;
-            stage_permit[i] =
-                hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
-                                 static_cast<std::uint32_t>(i), beat, its.content());
+            stage_permit[i] = hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
+                                               static_cast<std::uint32_t>(i), beat, its.content());
         }
     }
 

@@ -196,7 +196,7 @@ private:
     struct State {
         bool on = false, served = false, lost = false, granted = false, withdrawn = false, enabled = false;
         bool suspended = false, is_held = false, on_trial = false;
-        bool leaves = false;                 // goes off when the tool is clear
+        bool leaves = false;  // goes off when the tool is clear
         bool silent = false;
         std::int32_t needs = 0, stages = 0, silent_stages = 0;  // services, its own stages, and of these
     };

@@ -64,7 +64,9 @@ struct Interlock final : hal::Component {
                                          "Number of functions, 0 to 16: the rows function-...-N.", {"16"}};
     hal::Option<int> number_of_stages{this, "stages", 1,
                                       "Number of stages, 0 to 17: the rows stage-...-N.", {"17"}};
-    Services services{this};
+    hal::Option<int> number_of_services{this, "services", Services::most,
+                                        "Number of services, 0 to 8: the rows service-...-N."};
+    Services services{this, rows("services", number_of_services, Services::most)};
     Functions functions{this, rows("functions", number_of_functions, Functions::most),
                         rows("stages", number_of_stages, Stages::most)};
     Stages stages{this, rows("stages", number_of_stages, Stages::most)};

@@ -1,30 +1,33 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/stages/interlock/numbered_row.hpp"
+#include "hal/bus.hpp"
 #include "hal/clock_speed.hpp"
 #include "hal/component.hpp"
+#include "hal/program_state.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace plumb {
 
 // The programs beside realtime that functions need.
 struct Services : hal::Group {
-    static constexpr std::size_t number = 8;
-    static constexpr std::int32_t all = (1 << number) - 1;  // as a sum of 1, 2, 4, ... 128
-    static constexpr double longest = 3600;                 // s
+    static constexpr std::size_t most = 8;
+    static constexpr std::int32_t all = (1 << most) - 1;  // as a sum of 1, 2, 4, ... 128
+    static constexpr double longest = 3600;               // s
     static constexpr double fastest = 1000, slowest = 0.01;
 
     // Of those that hold no feed: waiting-code tells the others.
     struct Losses {
-        explicit Losses(hal::Owner owner) {
+        Losses(hal::Owner owner, std::size_t number) {
             const std::string lost =
                 " does not answer. Functions that need it go off when the program ends. "
                 "Start LinuxCNC again.";
-            const std::string sentences[number] = {
+            const std::string sentences[most] = {
                 "Service 0, plumb-retain," + lost,
                 "Service 1, linuxcnc_link," + lost,
                 "Service 2" + lost,
@@ -41,13 +44,21 @@ struct Services : hal::Group {
         }
     };
 
-    using Group::Group;
+    Services(hal::Owner owner, std::size_t number) : Group(owner), number_(number), its_(number) {
+        for (std::size_t i = 0; i < number; ++i)
+            heard_.emplace_back(hal::Party::program, hal::Direction::to_interlock,
+                                static_cast<std::uint32_t>(i), 1);
+    }
 
-    hal::Row<hal::In<bool>, number> heartbeat{this, "service-heartbeat", false,
-                                              "Heartbeat of the service: it changes while the service runs."};
-    hal::Row<hal::In<double>, number> timeout{
-        this, "service-timeout", 0, "s",
-        "Maximum time without a change of the heartbeat, up to 3600; 0: the heartbeat is not watched."};
+    const std::size_t number_;
+
+    template <class P>
+    using Row = NumberedRow<P>;
+    Row<hal::In<std::uint32_t>> state{this, number_, "service-state", 0U,
+                                      "What the program says: from its state."};
+    Row<hal::In<double>> timeout{
+        this, number_, "service-timeout",
+        0,    "s",     "Maximum time without a beat in the state, up to 3600; 0: the beat is not watched."};
     hal::In<double> clock_speed{this,
                                 "clock-speed",
                                 hal::clock_speed(),
@@ -55,36 +66,31 @@ struct Services : hal::Group {
                                 "Factor of each service-timeout. plumb run sets it to its speed, because a "
                                 "service follows the computer's clock.",
                                 {slowest, fastest}};
-    hal::Row<hal::In<bool>, number> ready{this, "service-ready", true,
-                                          "The service is ready: for example plumb-retain.restored."};
-    hal::Row<hal::In<bool>, number> fault{this, "service-fault", false, "The service has a fault."};
 
-    hal::Row<hal::Out<bool>, number> ok{this, "service-ok", "The service runs and is ready."};
-    hal::Row<hal::Out<bool>, number> lost{this, "service-lost", "The heartbeat has stopped."};
-    Losses told_losses{this};
-    hal::Row<hal::Out<bool>, number> not_ready{this, "service-not-ready",
-                                               "The service has a fault, and is not ready."};
-    hal::Row<hal::Out<bool>, number> troubled{this, "service-troubled",
-                                              "The service has a fault, and is ready nevertheless."};
+    Row<hal::Out<bool>> ok{this, number_, "service-ok", "The service runs and is ready."};
+    Row<hal::Out<bool>> lost{this, number_, "service-lost", "The beat has stopped."};
+    Losses told_losses{this, number_};
 
     // Once in each period.  False where clock-speed or a timeout is out of range; its last good value stays.
     bool step(double dt) noexcept {
         const double speed = clock_speed;
         bool good = clock_speed.accepts(speed);
         if (good) speed_ = speed;
-        ok_ = lost_ = 0;
-        for (std::size_t i = 0; i < number; ++i) {
+        ok_ = all & ~((1 << number_) - 1);  // a service that there is not is not missed
+        lost_ = 0;
+        for (std::size_t i = 0; i < number_; ++i) {
+            const std::uint32_t word = state[i];
+            heard_[i].step(word);
             const double given = timeout[i];
             good &= its_[i].set_timeout(given);
-            its_[i].listen(heartbeat[i], dt / speed_);
-            const bool has_fault = fault[i], is_ready = ready[i];
+            its_[i].listen(heard_[i].beats(), dt / speed_);
+            const bool is_ready =
+                heard_[i].heard() ? hal::ProgramReport::of(heard_[i].content()).ready : word == 0;
             const bool is_lost = its_[i].lost(), is_ok = its_[i].lives() && is_ready;
             ok_ |= is_ok ? 1 << i : 0;
             lost_ |= is_lost ? 1 << i : 0;
             ok[i] = is_ok;
             lost[i] = is_lost;
-            not_ready[i] = has_fault && !is_ok && !is_lost;
-            troubled[i] = has_fault && is_ok;
         }
         return good;
     }
@@ -106,14 +112,10 @@ private:
             return good;
         }
 
-        // A heartbeat that is true at first has not changed.
-        void listen(bool beat, double dt) noexcept {
-            const bool changed = known_ && beat != last_;
-            known_ = true;
-            last_ = beat;
+        void listen(bool beats, double dt) noexcept {
             const bool watched = timeout_ > 0;
-            beaten_ = watched && (beaten_ || changed);
-            silence_ = changed || !watched ? 0 : silence_ + dt;
+            beaten_ = watched && (beaten_ || beats);
+            silence_ = beats || !watched ? 0 : silence_ + dt;
         }
 
         bool lost() const noexcept { return timeout_ > 0 && silence_ > timeout_; }
@@ -121,11 +123,12 @@ private:
 
     private:
         double timeout_ = 0, silence_ = 0;  // s of the computer's clock
-        bool known_ = false, last_ = false, beaten_ = false;
+        bool beaten_ = false;
     };
 
     double speed_ = 1;
-    std::array<Pulse, number> its_;
+    std::vector<Pulse> its_;
+    std::vector<hal::BusListener> heard_;
     std::int32_t ok_ = 0, lost_ = 0;
 };
 

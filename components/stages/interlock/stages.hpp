@@ -17,8 +17,7 @@ public:
     static constexpr std::size_t most = 17;  // a joint each, and an axis
 
     Stages(hal::Owner owner, std::size_t number)
-        : Group(owner),
-          state_{this, number, "stage-state", 0U, "What the stage does: from its state."} {
+        : Group(owner), state_{this, number, "stage-state", 0U, "What the stage does: from its state."} {
         for (std::size_t i = 0; i < number; ++i)
             heard_.emplace_back(hal::Party::stage, hal::Direction::to_interlock,
                                 static_cast<std::uint32_t>(i), 10);

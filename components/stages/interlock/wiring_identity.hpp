@@ -105,8 +105,7 @@ private:
                                       [&](const hal::WiredPin& one) { return one.name == whole; });
         if (own == list_.pins.end() || own->signal.empty()) return "";
         for (const hal::WiredPin* other : signals_.at(own->signal)) {
-            const bool is_end =
-                writes ? other->writes : ends_with(other->name, ".permit");
+            const bool is_end = writes ? other->writes : ends_with(other->name, ".permit");
             if (is_end && other->name != whole) return instance_of(other->name);
         }
         return "";

@@ -89,29 +89,20 @@ TEST(ProcessWakes, AreNothingForAProcessThatNeverWas) {
     EXPECT_EQ(ProcessWakes(0).count(), std::nullopt);
 }
 
-TEST(Beat, ChangesItsBitWithEachAdvanceAndMeasuresThePauses) {
+TEST(Beat, SeesEachAdvanceAndMeasuresThePauses) {
     Beat beat;
-    beat.see(std::nullopt, 0);
-    beat.see(7, 10);
-    beat.see(7, 20);
-    EXPECT_FALSE(beat.beats());  // it has not advanced yet
-    EXPECT_FALSE(beat.bit());
+    EXPECT_FALSE(beat.see(std::nullopt, 0));
+    EXPECT_FALSE(beat.see(7, 10));
+    EXPECT_FALSE(beat.see(7, 20));  // it has not advanced yet
     EXPECT_EQ(beat.longest_pause(), 0);
-    beat.see(8, 21);
-    EXPECT_TRUE(beat.beats());
-    EXPECT_TRUE(beat.bit());
-    beat.see(8, 22);
-    EXPECT_TRUE(beat.bit());
-    beat.see(12, 24);
-    EXPECT_FALSE(beat.bit());
+    EXPECT_TRUE(beat.see(8, 21));
+    EXPECT_FALSE(beat.see(8, 22));
+    EXPECT_TRUE(beat.see(12, 24));
     EXPECT_EQ(beat.longest_pause(), 3);
-    beat.see(std::nullopt, 29);  // a pause that goes on counts
-    EXPECT_FALSE(beat.bit());
+    EXPECT_FALSE(beat.see(std::nullopt, 29));  // a pause that goes on counts
     EXPECT_EQ(beat.longest_pause(), 5);
-    beat.see(12, 30);
-    EXPECT_FALSE(beat.bit());
-    beat.see(3, 31);  // the program has begun again
-    EXPECT_TRUE(beat.bit());
+    EXPECT_FALSE(beat.see(12, 30));
+    EXPECT_TRUE(beat.see(3, 31));  // the program has begun again
     EXPECT_EQ(beat.longest_pause(), 7);
 }
 

@@ -177,7 +177,7 @@ class Shipped(unittest.TestCase):
         self.assertEqual({pin: its for pin, its in owners.items() if len(its) > 1}, {})
 
     def test_no_configuration_nets_a_message(self):
-        own = "program-id|tool-set-id|connected|identify|identified|heartbeat|compensation-side|panel-beat|zero-set|work-offset"
+        own = "program-id|tool-set-id|connected|identify|identified|heartbeat|state|compensation-side|panel-beat|zero-set|work-offset"
         nets = 0
         for path in glob.glob(os.path.join(ROOT, "configs", "**", "*.hal"), recursive=True):
             with open(path) as file:

@@ -97,17 +97,13 @@ TEST(BackOff, DoublesUpToItsLongestAndStartsAnewAfterSuccess) {
     EXPECT_DOUBLE_EQ(back_off.until(), 200.5);
 }
 
-TEST(Liveness, BeatsWhileTheThreadTurnsAndStopsTwoSecondsAfterIt) {
+TEST(Liveness, LivesWhileTheThreadTurnsAndForTwoSecondsMore) {
     Liveness liveness;
-    bool last = liveness.beat(1, 0.1);
-    for (std::uint32_t turn = 2; turn < 50; ++turn) {
-        const bool now = liveness.beat(turn, 0.1);
-        EXPECT_NE(now, last);
-        last = now;
-    }
-    for (int i = 0; i < 25; ++i) last = liveness.beat(49, 0.1);
-    EXPECT_EQ(liveness.beat(49, 0.1), last);
-    EXPECT_NE(liveness.beat(50, 0.1), last);
+    for (std::uint32_t turn = 1; turn < 50; ++turn) EXPECT_TRUE(liveness.lives(turn, 0.1));
+    for (int i = 0; i < 19; ++i) EXPECT_TRUE(liveness.lives(49, 0.1)) << i;
+    for (int i = 0; i < 6; ++i) liveness.lives(49, 0.1);
+    EXPECT_FALSE(liveness.lives(49, 0.1));
+    EXPECT_TRUE(liveness.lives(50, 0.1));
 }
 
 }  // namespace

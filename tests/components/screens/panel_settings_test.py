@@ -23,7 +23,7 @@ from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
 PATIENCE = 60  # s of real time, for an event that takes a moment
-SIGNS = {0: "plumb-retain.heartbeat", 4: "linuxcnc-alive.task-heartbeat", 5: "linuxcnc-alive.io-heartbeat"}  # of life, by service
+SIGNS = 0, 4, 5  # of life: plumb-retain, LinuxCNC's task and io as services of interlock
 DECLARED, DAMAGED = read_all(os.path.join(BUILD, "share", "plumb"))
 
 
@@ -604,7 +604,7 @@ class Waiting(WithHost):
             "addf peers.update servo-thread 1",
             "net peer-0 peers.function-state-0 => interlock.0.function-state-0",
             "net stage-0 peers.stage-state-0 => interlock.0.stage-state-0",
-            "setp interlock.0.function-switch-0 1",
+            *("net program-%d peers.service-state-%d => interlock.0.service-state-%d" % (number, number, number) for number in SIGNS),
             "setp interlock.0.function-services-0 49",
             "setp interlock.0.function-urgent-0 32",
             "setp interlock.0.feed-services 16",
@@ -613,12 +613,14 @@ class Waiting(WithHost):
         ):
             self.host.command(line)
         self.beat(*SIGNS)
+        self.host.command("setp interlock.0.function-switch-0 1")
+        self.beat(*SIGNS)
 
     def beat(self, *services):
         """Lets a second and a half pass in which only these services live."""
         for _ in range(5):
             for number in services:
-                pin = "interlock.0.service-heartbeat-%d" % number
+                pin = "peers.service-heartbeat-%d" % number
                 self.host.set(pin, not self.host.get(pin))
             self.host.run(0.3)
 

@@ -39,9 +39,10 @@ class Machinery(unittest.TestCase):
     LINES, NUMBER = (), 0  # lines of HAL, and the number of stages
 
     def setUp(self):
-        self.host = plumb.Host()
+        self.host = plumb.Host(modules=[os.path.join(BUILD, "specimens")])
         self.addCleanup(self.host.close)
-        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.NUMBER, *self.LINES,
+        for line in ("loadrt threads name1=servo-thread period1=1000000", "loadrt interlock names=interlock stages=%d" % self.NUMBER,
+                     "loadrt peers names=peers", "net program peers.service-state-0 => interlock.service-state-0", *self.LINES, "addf peers.update servo-thread",
                      "addf interlock.update servo-thread", "start"):
             self.host.command(line)
         self.host.run(0.05)
@@ -66,7 +67,7 @@ class Machinery(unittest.TestCase):
     def beat(self, times):
         """Service 0 lives for half a second each."""
         for _ in range(times):
-            self.do("setp interlock.service-heartbeat-0 %d" % (not self.host.get("interlock.service-heartbeat-0")), time=0.5)
+            self.do("setp peers.service-heartbeat-0 %d" % (not self.host.get("peers.service-heartbeat-0")), time=0.5)
 
     def do(self, *lines, time=0.05):
         for line in lines:
@@ -133,7 +134,7 @@ class Squareness(Machinery):
                 (("setp x-stage.offset-acceleration 500", "setp x-stage.min-limit -0.01", "setp x-stage.max-limit 0.01"),
                  ("warn", "The joint does not have all of its offset."), ("warn", "A limit of a stage prevents the full offset of its axis.")),
                 (("setp interlock.function-suspend-0 1",), None, ("wait", "Suspended by the part program.")),
-                (("setp interlock.service-ready-0 0",), None,
+                (("setp peers.service-ready-0 0",), None,
                  ("warn", "A function is switched on, and a service that it needs is missing.")),
                 (("setp interlock.feed-services 256",), None,
                  ("bad", "A fault is active. " + DECLARED["interlock"].sentence("fault-code", 2).replace("feed-services", "feed-services (256)")))):
@@ -197,7 +198,7 @@ class Squareness(Machinery):
         self.assert_status("square", "off", "Switched off.")
 
     def test_a_service_that_is_not_ready_is_named(self):
-        self.do("setp interlock.service-ready-0 0", "setp interlock.function-switch-0 1", "sets on 1", "sets homed 1")
+        self.do("setp peers.service-ready-0 0", "setp interlock.function-switch-0 1", "sets on 1", "sets homed 1")
         self.assert_status("square", "warn", "Off: plumb-retain (service 0) is not ready.")
 
     def test_a_number_from_outside_permits_nothing(self):

@@ -2,6 +2,7 @@
 // The truth tables of the manual page of interlock: each row is a test, and random sequences are compared
 // with them.
 #include "hal/bus.hpp"
+#include "hal/program_state.hpp"
 #include "hal/status.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/place.hpp"
@@ -35,7 +36,7 @@ std::string page_table(const std::string& first_words) {
     return table;
 }
 
-const std::string service_table = page_table("heartbeat "), function_table = page_table("services "),
+const std::string service_table = page_table("beat "), function_table = page_table("services "),
                   arm_table = page_table("before "), request_table = page_table("in-force "),
                   loss_table = page_table("gone "), compensated_table = page_table("functions ");
 
@@ -147,7 +148,8 @@ struct Machine {
         for (int i = 0; i < stages; ++i) say(numbered("stage-state", i));
         for (int i = 0; i < services; ++i) {
             bench.set(numbered("pulse", i) + ".in1", 0);
-            bench.command("net " + numbered("beat", i) + " => it." + numbered("service-heartbeat", i));
+            bench.command("net " + numbered("beat", i) + " => peers." + numbered("service-heartbeat", i));
+            say(numbered("service-state", i));
         }
         for (const auto& [pin, value] : pins) set(pin, value);
         bench.command("addf it.update servo-thread");
@@ -176,11 +178,10 @@ private:
     static bool is_of_peers(const std::string& pin) {
         const std::string stem = pin.substr(0, pin.rfind('-'));
         return stem == "function-busy" || stem == "function-settling" || stem == "function-ramping" ||
+               stem == "service-heartbeat" || stem == "service-ready" || stem == "service-fault" ||
                (stem.rfind("stage-", 0) == 0 && stem != "stage-passed");
     }
-    void say(const std::string& word) {
-        bench.command("net " + word + " peers." + word + " it." + word);
-    }
+    void say(const std::string& word) { bench.command("net " + word + " peers." + word + " it." + word); }
 
     bool loaded_ = false;
 };
@@ -214,24 +215,21 @@ TEST_P(InterlockService, ReportsAsItsRowSays) {
         for (const Words& words : cases_of(GetParam()))
             for (const bool other_way : {false, true}) {
                 SCOPED_TRACE(testing::PrintToString(words) + (other_way ? " in another way" : ""));
-                const std::string heartbeat = words.at("heartbeat");
+                const std::string heartbeat = words.at("beat");
                 machine.beat(i, false);
                 machine.set(numbered("service-timeout", i), 0);  // forgets what it has heard
                 machine.step();
                 const bool unwatched = heartbeat == "beats" && other_way;
                 machine.set(numbered("service-timeout", i), unwatched ? 0 : 0.05);
                 machine.set(numbered("service-ready", i), words.at("ready") == "1");
-                machine.set(numbered("service-fault", i), words.at("fault") == "1");
+                machine.set(numbered("service-fault", i), other_way);  // without effect
                 machine.beat(i, heartbeat != "waits" && !other_way);
                 machine.step(heartbeat == "waits" ? 40 : 200);
                 if (heartbeat == "stopped") {
                     machine.beat(i, false);
                     machine.step(60);
                 }
-                expect({{"ok", numbered("service-ok", i)},
-                        {"lost", numbered("service-lost", i)},
-                        {"not-ready", numbered("service-not-ready", i)},
-                        {"troubled", numbered("service-troubled", i)}});
+                expect({{"ok", numbered("service-ok", i)}, {"lost", numbered("service-lost", i)}});
             }
 }
 INSTANTIATE_TEST_SUITE_P(Table, InterlockService, testing::ValuesIn(rows_of(service_table)), row_name);
@@ -481,7 +479,8 @@ TEST(Interlock, LoadedItEnablesAndRequestsNothing) {
     EXPECT_EQ(machine.get("heartbeat"), first_periods + 1000);
 }
 
-// Function 0 has the stage 1. What of its words interlock takes, stage_permit_test shows for the other direction.
+// Function 0 has the stage 1. What of its words interlock takes, stage_permit_test shows for the other
+// direction.
 TEST(Interlock, WhoIsNotHeardIsNotPermittedAndIsTold) {
     constexpr double silent = 5, unpermitted = 15, stage_fault = 9;  // fault-code, function-status
     Machine machine;
@@ -542,11 +541,67 @@ TEST(Interlock, HeartbeatThatIsTrueAtFirstHasNotBeaten) {
     machine.step();
     machine.load({{"service-timeout-0", 30}});
     machine.bench.run(1);
-    EXPECT_TRUE(machine.get("service-heartbeat-0"));
     EXPECT_FALSE(machine.get("service-ok-0"));
     machine.beat(0, true);
     machine.step(2);
     EXPECT_TRUE(machine.get("service-ok-0"));
+}
+
+TEST(Interlock, AServiceBeatsByTheWordOfItsOwnProgramAlone) {
+    using hal::Direction, hal::Party;
+    constexpr std::uint32_t any = hal::BusWord::no_row, turned = 1 << 8;
+    Machine machine;
+    machine.load({{"service-timeout-1", 0.02}});
+    machine.bench.command("unlinkp it.service-state-1");
+    struct Case {
+        const char* name;
+        Party who;
+        Direction where;
+        std::uint32_t row, bits;  // these bits are turned
+        bool beats;
+    };
+    for (const Case& each :
+         {Case{"its own", Party::program, Direction::to_interlock, 1, 0, true},
+          Case{"any", Party::program, Direction::to_interlock, any, 0, true},
+          Case{"another number", Party::program, Direction::to_interlock, 0, 0, false},
+          Case{"a function", Party::function, Direction::to_interlock, 1, 0, false},
+          Case{"a stage", Party::stage, Direction::to_interlock, 1, 0, false},
+          Case{"to a program", Party::program, Direction::from_interlock, 1, 0, false},
+          Case{"a bit turned", Party::program, Direction::to_interlock, 1, turned, false}}) {
+        SCOPED_TRACE(each.name);
+        for (std::uint32_t beat = 0; beat < 100; ++beat) {
+            const std::uint32_t content = hal::ProgramReport{true, false}.content();
+            machine.set("service-state-1",
+                        hal::BusWord::of(each.who, each.where, each.row, beat, content) ^ each.bits);
+            machine.step();
+        }
+        EXPECT_EQ(machine.get("service-ok-1"), each.beats);
+        EXPECT_EQ(machine.get("service-lost-1"), !each.beats);
+    }
+    machine.set("service-timeout-1", 0);
+    for (const bool ready : {false, true}) {
+        machine.set("service-state-1", hal::BusWord::of(Party::program, Direction::to_interlock, 1, 0,
+                                                        hal::ProgramReport{ready, true}.content()));
+        machine.step(2);
+        EXPECT_EQ(machine.get("service-ok-1"), ready);
+    }
+}
+
+TEST(Interlock, AServiceWithoutARowIsNotMissed) {
+    Bench bench(Bench::Thread::none, with_specimens());
+    bench.command("loadrt threads name1=servo-thread period1=1000000");
+    bench.command("loadrt peers names=peers");
+    bench.command("loadrt interlock names=it stages=0 services=2");
+    bench.command("net state peers.function-state-0 it.function-state-0");
+    bench.command("setp it.function-switch-0 1");
+    bench.command("setp it.function-services-0 255");
+    bench.command("addf peers.update servo-thread");
+    bench.command("addf it.update servo-thread");
+    bench.command("start");
+    bench.run(0.1);
+    EXPECT_TRUE(bench.get("it.function-enable-0"));
+    EXPECT_THROW(bench.get("it.service-ok-2"), std::runtime_error);
+    EXPECT_THROW(bench.command("loadrt interlock names=more services=9"), std::runtime_error);
 }
 
 TEST(Interlock, FunctionThatLosesItsServiceGoesOffAndTheOtherOneGoesOn) {
@@ -850,10 +905,9 @@ public:
             }
             service.seen = true;
             service.beat = beat;
-            Words words = {{"ready", inputs[its("ready")] ? "1" : "0"},
-                           {"fault", inputs[its("fault")] ? "1" : "0"}};
+            Words words = {{"ready", inputs[its("ready")] ? "1" : "0"}};
             const bool late = service.periods * period_ > service.timeout;
-            words["heartbeat"] = !watched ? "beats" : late ? "stopped" : service.changes ? "beats" : "waits";
+            words["beat"] = !watched ? "beats" : late ? "stopped" : service.changes ? "beats" : "waits";
             for (const auto& [column, value] : look_up(service_rows_, words)) outputs[its(column)] = value;
         }
 
@@ -1046,7 +1100,7 @@ TEST_P(InterlockSequence, OfFaultsTogglesAndReturnsAgreesWithTheTables) {
 
     machine.load();  // with the defaults that the oracle has
     for (int i = 0; i < services; ++i)
-        machine.bench.command("unlinkp it." + numbered("service-heartbeat", i));
+        machine.bench.command("unlinkp peers." + numbered("service-heartbeat", i));
     for (int i = 0; i < first_periods; ++i) oracle.step();
 
     const auto give = [&](const std::string& pin, double value) {

@@ -12,6 +12,7 @@ import plumb
 Finding = collections.namedtuple("Finding", "path line pin instead")
 STAGE = "net NAME-state NAME.state => interlock.stage-state-{0}, once for all that the stage says"
 FUNCTION = "net NAME-state NAME.state => interlock.function-state-{0}, once for all that the function says"
+PROGRAM = "net NAME-state PROGRAM.state => interlock.service-state-{0}, once for all that the program says"
 PERMIT = "net NAME-permit interlock.function-permit-{0} => NAME.permit, with NAME for the function"
 BY_PERMIT = "net NAME-permit interlock.function-permit-N => {instance}.permit, with the N of the function; or load it with interlock=no"
 # Of each module: the former pin, and what to write.
@@ -20,6 +21,8 @@ INSTEAD = {
         (r"stage-(?:in-force|ramping|uncompensated|probing-refused|fault|limited)-(\d+)", STAGE),
         (r"stage-(?:enable|trial)-(\d+)", "net trial interlock.trial => x-stage.trial, once for all stages; the permit enables them"),
         (r"function-(?:busy|settling|ramping)-(\d+)", FUNCTION),
+        (r"service-(?:heartbeat|ready|fault)-(\d+)", PROGRAM),
+        (r"service-(?:not-ready|troubled)-(\d+)", "nothing: the fault of the program says it"),
     ),
     "joint_offset": ((r"row", "nothing: a stage takes the row of its permit"), (r"enable|heartbeat", "nothing, with interlock; or load it with interlock=no")),
     "axis_offset": ((r"row", "nothing: a stage takes the row of its permit"), (r"enable|heartbeat|arm", "nothing, with interlock; or load it with interlock=no")),

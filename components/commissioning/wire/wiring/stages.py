@@ -93,9 +93,7 @@ def retain(path):
     part.programs = {"plumb-retain": "-W plumb-retain --file %s" % path}
     part.setp = [("interlock.service-timeout-0", "30")]
     part.nets = [
-        ["retain-heartbeat", "plumb-retain.heartbeat", "=>", "interlock.service-heartbeat-0"],
-        ["restored", "plumb-retain.restored", "=>", "interlock.service-ready-0"],
-        ["retain-fault", "plumb-retain.fault", "=>", "interlock.service-fault-0"],
+        ["retain-state", "plumb-retain.state", "=>", "interlock.service-state-0"],
         ["date", "plumb-retain.date"],
     ]
     return part
@@ -107,8 +105,7 @@ def growth_log(path):
     part.programs = {"growth-log": "-W growth_log --file %s" % path}
     part.setp = [("interlock.service-timeout-6", "10")]
     part.nets = [
-        ["log-heartbeat", "growth-log.heartbeat", "=>", "interlock.service-heartbeat-6"],
-        ["log-fault", "growth-log.fault", "=>", "interlock.service-fault-6"],
+        ["log-state", "growth-log.state", "=>", "interlock.service-state-6"],
         ["test-resumable", "growth-log.resumable"],
     ]
     return part
@@ -127,8 +124,7 @@ def link():
     part.programs = {"linuxcnc-link": "-Wn linuxcnc-link linuxcnc_link"}
     part.setp = [("interlock.service-timeout-1", "10")]
     part.nets = [
-        ["link-heartbeat", "linuxcnc-link.heartbeat", "=>", "interlock.service-heartbeat-1"],
-        ["connected", "linuxcnc-link.connected", "=>", "interlock.service-ready-1"],
+        ["link-state", "linuxcnc-link.state", "=>", "interlock.service-state-1"],
     ]
     return part
 
@@ -167,8 +163,8 @@ def alive():
     part.setp = [("interlock.service-timeout-%d" % service, "2.5") for service in (4, 5)]
     part.setp.append(("interlock.feed-services", "48"))
     part.nets = [
-        ["task-heartbeat", "linuxcnc-alive.task-heartbeat", "=>", "interlock.service-heartbeat-4"],
-        ["io-heartbeat", "linuxcnc-alive.io-heartbeat", "=>", "interlock.service-heartbeat-5"],
+        ["task-state", "linuxcnc-alive.task-state", "=>", "interlock.service-state-4"],
+        ["io-state", "linuxcnc-alive.io-state", "=>", "interlock.service-state-5"],
         ["program-running", "linuxcnc-alive.program-running", "=>", "interlock.program-running"],
         ["part-program-running", "linuxcnc-alive.part-program-running"],
     ]
