@@ -19,7 +19,7 @@ OTHERS = {
     "Probe tripped during non-probe move": "a message of LinuxCNC",
     "Still missing": "components/commissioning/wire/plumb_wire.py",
     "Worth it": "components/commissioning/contacts/plumb_contacts.py",
-    "on centre within": "components/compensation/centre_height/height_outputs.hpp",
+    "on centre within": "components/compensation/centre_height/centre_height.cpp",
     "Farthest beyond": "components/compensation/chopping/README.md",
     "CNC machine thermal growth characterization": "the title of a paper",
 }

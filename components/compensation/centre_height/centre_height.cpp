@@ -1,16 +1,234 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/centre_height/height_gauge.hpp"
-#include "components/compensation/centre_height/height_orders.hpp"
-#include "components/compensation/centre_height/height_outputs.hpp"
+#include "components/compensation/centre_height/height_codes.hpp"
 #include "components/compensation/centre_height/height_procedure.hpp"
 #include "components/compensation/centre_height/height_settings.hpp"
-#include "components/compensation/centre_height/height_status.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
+#include "components/math/blocks/edge.hpp"
+#include "components/math/blocks/pi.hpp"
 #include "hal/component.hpp"
 #include "pages/centre_height.page.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace plumb {
+
+// A measured diameter, or the areas of a laser beam that give one.
+struct HeightGauge final : hal::Group {
+    using Group::Group;
+
+    hal::In<std::int32_t> kind{this, "gauge-kind", 0, "0 diameter, 1 radius, 2 rectangular, 3 round beam."};
+    hal::In<double> diameter{this, "diameter", 0, "mu", "Diameter, or radius, of the cut that was measured."};
+    hal::In<double> emitted{this, "emitted-area", 0, "mu2", "Area of the beam before the work."};
+    hal::In<double> received{this, "received-area", 0, "mu2", "Area of the beam behind the work."};
+    hal::In<double> size{this, "beam-size", 0, "mu", "Beam along the work; the radius of a round one."};
+
+    struct Reading {
+        double diameter = 0;  // mu; NaN if there is none
+        bool by_beam = false;
+    };
+
+    Reading read() noexcept {
+        const std::int32_t its = kind;
+        if (its == 2) return {diameter_in_rectangle(emitted, received, size), true};
+        if (its == 3) return {diameter_in_circle(emitted, received, size), true};
+        return {its == 1 ? 2 * diameter : its == 0 ? diameter : no_diameter, false};
+    }
+
+    // An entry is a diameter, or a radius if the gauge gives one.
+    double as_diameter(double entry) noexcept { return kind == 1 ? 2 * entry : entry; }
+};
+
+// Cuts that an operator enters, for a computation without motion.
+struct KeyedCuts final : hal::Group {
+    using Group::Group;
+
+    static constexpr std::size_t most = 12;
+
+    hal::In<bool> keyed{this, "keyed", false,
+                        "A compute uses cut-diameter-N, cut-x-N and cut-y-N, not the procedure."};
+    hal::In<std::int32_t> count{this, "cuts", 2, "Number of cuts: of cut-N, or those that compute alone."};
+    hal::In<double> travel{this, "travel", 0, "mu", "Travel of X between the first two cuts; 0: positions."};
+    hal::Row<hal::In<double>, most> diameter{this, "cut-diameter", 0, "mu", "Diameter of this cut."};
+    hal::Row<hal::In<double>, most> x{this, "cut-x", 0, "mu", "X of this cut, as a radius, outward."};
+    hal::Row<hal::In<double>, most> y{this, "cut-y", 0, "mu", "Y of this cut, against the present one."};
+
+    TurnedCuts read(const HeightSettings::Values& now, bool by_radius) noexcept {
+        TurnedCuts cuts;
+        const std::int32_t wanted = count;
+        cuts.count = static_cast<std::size_t>(std::clamp<std::int32_t>(wanted, 0, most));
+        cuts.travel = travel;
+        for (std::size_t i = 0; i < cuts.count; ++i) {
+            const double entry = diameter[i];
+            cuts.cuts[i] = {x[i], y[i], now.radius_of(by_radius ? 2 * entry : entry)};
+        }
+        return cuts;
+    }
+};
+
+// The orders of an operator or a program. Each is a rising edge.
+struct HeightOrders final : hal::Group {
+    using Group::Group;
+
+    hal::In<bool> start{this, "start", false, "A rising edge begins the procedure."};
+    hal::In<bool> resume{this, "resume", false, "A rising edge continues after an abort."};
+    hal::In<bool> abort{this, "abort", false, "A rising edge interrupts the procedure."};
+    hal::In<bool> stored{this, "stored", false,
+                         "A rising edge ends the procedure: the program has the height."};
+    hal::In<bool> cut_done{this, "cut-done", false, "A rising edge: the tool stands at the end of a cut."};
+    hal::In<bool> value_ready{this, "value-ready", false, "A rising edge: the diameter of the cut counts."};
+    hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
+                                     "Diameter, or radius, that the operator or a program enters."};
+    hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
+    hal::In<double> entered_cut{this, "entered-cut", 0, "1",
+                                "Number of the cut whose diameter entered-diameter replaces, from 1; 0: the "
+                                "cut that waits; below 0: the last cut, whose diameter is taken back."};
+    hal::In<double> program_method{this, "program-method", 0, "1",
+                                   "Method by a word of a program, plus 1; 0: the pin method."};
+    hal::In<double> program_cuts{this, "program-cuts", 0, "1",
+                                 "Number of cuts by a word of a program; 0: the pin cuts."};
+    hal::In<double> program_post{this, "program-post", 0, "1",
+                                 "Post by a word of a program, plus 1; 0: the pin post."};
+    hal::In<bool> compute{this, "compute", false, "A rising edge computes from the cuts that there are."};
+
+    // Of one period.
+    struct Given {
+        bool start = false, resume = false, abort = false, stored = false, cut = false, value = false,
+             entry = false, compute = false;
+        bool cut_done = false, value_ready = false, entered = false;  // as they are
+        double cuts = 0;                                              // by a program; 0 for none
+        double corrected =
+            0;  // number of the cut whose diameter is replaced, or below 0 taken back; 0 for none
+    };
+
+    Given read() noexcept {
+        Given now;
+        now.cut_done = cut_done;
+        now.value_ready = value_ready;
+        now.entered = entered;
+        now.start = start_.rises(start);
+        now.resume = resume_.rises(resume);
+        now.abort = abort_.rises(abort);
+        now.stored = stored_.rises(stored);
+        now.cut = cut_.rises(now.cut_done);
+        now.value = value_.rises(now.value_ready);
+        now.entry = entry_.rises(now.entered);
+        now.compute = compute_.rises(compute);
+        now.cuts = program_cuts;
+        now.corrected = entered_cut;
+        return now;
+    }
+
+private:
+    Edge start_, resume_, abort_, stored_, cut_, value_, entry_, compute_;
+};
+
+// The outputs of a procedure: its results, and the next act that it waits for.
+struct HeightOutputs final : hal::Group {
+    using Group::Group;
+
+    hal::Out<bool> measure{this, "measure", "The last cut waits for its diameter."};
+    hal::Out<std::int32_t> cut_number{this, "cut-number", "Number of cuts that have their diameter."};
+    hal::Out<bool> fault{this, "fault", "Cuts or an entry are refused; detail-code gives the cause."};
+    hal::Code<Detail> detail{
+        this, "detail-code",
+        "Why there is no height, why Y may not move, or which cuts make the height known; 0 for none."};
+    hal::Out<bool> value_valid{this, "value-valid", "The height is valid."};
+    hal::Out<bool> sign_known{this, "sign-known", "The height has a sign."};
+    hal::Out<bool> move_allowed{this, "move-allowed", "Y may move by y-move."};
+    hal::Out<bool> on_centre{
+        this, "on-centre", "Y and X of the tool are within tolerance with 95 %, by cuts that met the stock."};
+    hal::Out<bool> x_allowed{this, "x-allowed", "X of the tool may change by x-correction."};
+    hal::Out<bool> checked_for_air{this, "checked-for-air", "The diameter of the stock is known."};
+    hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that detail-code asks for."};
+    hal::Out<double> height{this, "height", "mu", "Height of the tip; its size if the sign is unknown."};
+    hal::Out<double> size{this, "height-size", "mu", "Size of the height."};
+    hal::Out<double> sigma{this, "sigma", "mu", "Sigma of the height."};
+    hal::Out<double> within{this, "within", "mu", "Sigma of a height of 0: on centre within."};
+    hal::Out<double> tip_x{this, "tip-x", "mu", "Distance of the tip from the axis in X, at the first cut."};
+    hal::Out<double> x_sigma{this, "x-sigma", "mu", "Sigma of x-correction."};
+    hal::Out<double> theta{this, "theta", "deg", "Angle of the tip above X, at the first cut."};
+    hal::Out<double> by_diameter_1{this, "height-by-diameter-1", "1", "Change of height with diameter 1."};
+    hal::Out<double> by_diameter_2{this, "height-by-diameter-2", "1", "Change of height with diameter 2."};
+    hal::Out<double> by_travel{this, "height-by-travel", "1", "Change of height with the travel."};
+    hal::Out<double> smallest_diameter{this, "smallest-diameter", "mu", "Smallest diameter at this height."};
+    hal::Out<double> y_move{this, "y-move", "mu", "Move of Y to target-height."};
+    hal::Out<double> x_correction{this, "x-correction", "mu",
+                                  "Added to the tool's X, as a radius, if x-allowed."};
+    hal::Out<double> target_x{this, "target-x", "mu", "Position of X for target-diameter, at this height."};
+    hal::Out<bool> target_reachable{this, "target-reachable", "The target-diameter is above the smallest."};
+    hal::Out<double> land_1_y{this, "land-1-y", "mu", "Y of the first land, against the present one."};
+    hal::Out<double> land_2_y{this, "land-2-y", "mu", "Y of the second land, against the present one."};
+    hal::Out<double> predicted{this, "predicted-diameter", "mu", "Diameter of the last cut, by the others."};
+    hal::Out<double> disagreement{this, "disagreement", "1", "Disagreement of the cuts, in sigmas."};
+    hal::Out<std::int32_t> rejected_cuts{this, "rejected-cuts",
+                                         "Number of cuts that do not count, as a burr stands on them."};
+    hal::Out<std::int32_t> rejected_cut{this, "rejected-cut", "Number of the first of these cuts; 0: none."};
+    hal::Out<bool> bend_known{this, "bend-known", "This tool has a height under the cut and one at rest."};
+    hal::Out<double> bend{this, "bend", "mu", "Height at rest less the one under the cut."};
+    hal::Out<double> bend_sigma{this, "bend-sigma", "mu", "Sigma of the bend."};
+
+    void show(const HeightProcedure& procedure, const HeightSettings::Values& now) noexcept {
+        const TipHeight& result = procedure.result();
+        const bool valid = result.valid;
+        const auto if_valid = [valid](double x) { return valid ? x : 0; };
+        measure = procedure.state() == State::measure;
+        cut_number = static_cast<std::int32_t>(procedure.cuts().count);
+        fault = procedure.fault() != Detail::none;
+        detail = procedure.detail();
+        value_valid = valid;
+        sign_known = valid && result.signed_;
+        const HeightVerdict& its = procedure.verdict();
+        move_allowed = valid && its.y_moves;
+        x_allowed = valid && its.x_changes;
+        on_centre = valid && its.verdict == Verdict::on_centre;
+        checked_for_air = now.good && now.stock_diameter > 0;
+        cuts_needed = valid ? its.cuts_needed : 0;
+        x_sigma = if_valid(result.sigma_x);
+        height = if_valid(result.height);
+        size = if_valid(std::abs(result.height));
+        sigma = if_valid(result.sigma);
+        within = if_valid(result.within);
+        tip_x = if_valid(result.x);
+        theta = if_valid(result.theta * (180 / pi));
+        by_diameter_1 = result.by_diameter_1;
+        by_diameter_2 = result.by_diameter_2;
+        by_travel = result.by_travel;
+        predicted = result.predicted;
+        disagreement = result.disagreement;
+        std::int32_t burrs = 0, first = 0;
+        std::int32_t cut = 1;
+        for (std::uint32_t left = result.rejected; left != 0; left >>= 1, ++cut) {
+            if ((left & 1) == 0) continue;
+            if (first == 0) first = cut;
+            burrs += 1;
+        }
+        rejected_cuts = valid ? burrs : 0;
+        rejected_cut = valid ? first : 0;
+        smallest_diameter = if_valid(2 * std::abs(result.height));
+        y_move = valid && result.signed_ ? procedure.move() : 0;
+        x_correction = if_valid(procedure.correction());
+        bend_known = procedure.bend().known();
+        bend = procedure.bend().bend();
+        bend_sigma = procedure.bend().sigma();
+
+        const double target = now.good ? now.target_diameter / 2 : 0;
+        const bool reachable = valid && target > std::abs(result.height);
+        target_reachable = reachable;
+        // The position of the first cut, further by the way of the tip to its new place.
+        const double tip = reachable ? std::sqrt((target - result.height) * (target + result.height)) : 0;
+        target_x = reachable ? (procedure.cuts()[0].x + tip - result.x) * now.outward() : 0;
+
+        const LandPair lands =
+            now.good ? LandPair::of(now.land_step, now.land_diameter / 2, now.clearance, now.rubbing())
+                     : LandPair{};
+        land_1_y = lands.first;
+        land_2_y = lands.second;
+    }
+};
 
 struct CentreHeight final : hal::Component {
     static constexpr hal::About about{"centre_height",

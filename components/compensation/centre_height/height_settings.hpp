@@ -2,8 +2,8 @@
 #pragma once
 
 #include "components/compensation/centre_height/height_codes.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/blocks/pi.hpp"
-#include "components/math/turning/height_sigma.hpp"
 #include "hal/component.hpp"
 #include "hal/turning.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Each status of centre_height, the bad ones first.
-#include "components/compensation/centre_height/height_status.hpp"
+#include "components/compensation/centre_height/height_codes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/turning/prediction.hpp"
+#include "components/compensation/centre_height/turned_cuts.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/blocks/random.hpp"
-#include "components/math/turning/beam_area.hpp"
-#include "components/math/turning/entry_slip.hpp"
-#include "components/math/turning/land_pair.hpp"
-#include "components/math/turning/skewed_axes.hpp"
 
 #include <gtest/gtest.h>
 
