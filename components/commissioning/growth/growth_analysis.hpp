@@ -6,13 +6,12 @@
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_practice.hpp"
 #include "components/commissioning/growth/probe_drift.hpp"
-#include "components/compensation/thermal_growth/growth_status.hpp"
+#include "components/compensation/thermal_growth/growth_codes.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
 #include "components/math/growth/coverage_factor.hpp"
 #include "components/math/growth/growth_curve.hpp"
 #include "components/math/growth/rigid_part.hpp"
-#include "components/math/growth/turned_table.hpp"
 
 #include <Eigen/Core>
 

@@ -8,7 +8,6 @@
 
 #include "components/math/blocks/pseudo_inverse.hpp"
 #include "components/math/growth/bore_centre.hpp"
-#include "components/math/growth/sphere_centre.hpp"
 
 namespace plumb::commissioning {
 

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "hal/first.hpp"
+#include "hal/status.hpp"
+
 #include <cstdint>
 
-namespace plumb::axis_growth {
+namespace plumb {
+
+namespace axis_growth {
 
 enum class Fault : std::int32_t { none, position, speed, settings };
 constexpr const char* sentence(Fault fault) {
@@ -30,4 +35,65 @@ constexpr const char* sentence(Doubt doubt) {
     }
 }
 
-}  // namespace plumb::axis_growth
+}  // namespace axis_growth
+
+enum class AxisGrowthStatus : std::int32_t {
+    corrects = hal::first_own,
+    no_law,
+    no_temperature,
+    returns,
+    doubted,
+    bounded,
+    ramping
+};
+
+constexpr hal::Said said(AxisGrowthStatus status) {
+    using hal::Kind;
+    using hal::Tell;
+    switch (status) {
+        case AxisGrowthStatus::corrects: return {Kind::good, "Corrects the growth of the axes."};
+        case AxisGrowthStatus::no_law:
+            return {Kind::off, "No law of growth is set: nothing is corrected.",
+                    "Run a growth test, and take over its result."};
+        case AxisGrowthStatus::no_temperature:
+            return {Kind::bad, "A temperature that the law needs was never valid: nothing is corrected.",
+                    "Check the sensors."};
+        case AxisGrowthStatus::returns:
+            return {Kind::bad, "A temperature is lost: the offset returns to 0.", "Check the sensors."};
+        case AxisGrowthStatus::doubted:
+            return hal::Said{
+                Kind::warn, "The growth may be wrong.", "Check the sensors and the law.", {}, "doubt-code"}
+                .told(Tell::text);
+        case AxisGrowthStatus::bounded:
+            return hal::Said{
+                Kind::warn, "The growth of an axis exceeds the largest offset, and is not corrected in full.",
+                "Check the sensors, or raise the largest offset."}
+                .told(Tell::text);
+        case AxisGrowthStatus::ramping:
+            return {Kind::wait, "The axes move to their offsets.", "Wait for the end of the move."};
+        default: return hal::said(static_cast<hal::Common>(status));
+    }
+}
+
+struct AxisGrowthSeen {
+    bool fault = false, has_law = false, enabled = false, homed = false;
+    bool temperatures_known = false, returns = false, doubted = false, bounded = false, ramping = false;
+    AxisGrowthStatus interlock{};
+};
+
+inline AxisGrowthStatus status_of(const AxisGrowthSeen& its) noexcept {
+    using S = AxisGrowthStatus;
+    return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
+                          {!its.has_law, S::no_law},
+                          {its.interlock != S{}, its.interlock},
+                          {!its.enabled, hal::common<S>(hal::Common::off)},
+                          {!its.homed, hal::common<S>(hal::Common::not_homed)},
+                          {!its.temperatures_known, S::no_temperature},
+                          {its.returns, S::returns},
+                          {its.doubted, S::doubted},
+                          {its.bounded, S::bounded},
+                          {its.ramping, S::ramping},
+                          {true, S::corrects}});
+}
+
+}  // namespace plumb

@@ -1,25 +1,183 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// A growth test, from signals to records.
+//
+//     Signals           the program, the machine and the probe in this period, with their edges
+//     BoreVisit         the visit of a bore: opened by the program, closed by its touches or a fault
+//     GrowthTest        step(signals) once a period: passes, visits, cycles and the end
+//     Record            one for each event; GrowthRow shows it on pins
+//
+// probed_growth.hpp judges the touches and decides when the machine is warm. All but the present visit
+// follows from the records: restored, they give the same test.
 #pragma once
 
-#include "components/compensation/thermal_growth/bore_visit.hpp"
 #include "components/compensation/thermal_growth/growth_codes.hpp"
-#include "components/compensation/thermal_growth/growth_record.hpp"
-#include "components/compensation/thermal_growth/growth_signals.hpp"
+#include "components/compensation/thermal_growth/probed_growth.hpp"
+#include "components/math/blocks/edge.hpp"
 #include "components/math/blocks/mean_over_time.hpp"
-#include "components/math/growth/bore_references.hpp"
-#include "components/math/growth/probed_bore.hpp"
-#include "components/math/growth/slip_watch.hpp"
-#include "components/math/growth/stop_rule.hpp"
-#include "components/math/growth/temperature_rise.hpp"
+#include "hal/records.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace plumb::growth_test {
+
+// A bit of this period, and its change since the last one.
+struct Bit {
+    bool now = false, rises = false, falls = false;
+
+    static Bit of(Edge& edge, bool now) noexcept {
+        const bool changes = edge.changes(now);
+        return {now, changes && now, changes && !now};
+    }
+};
+
+// The position of the machine, and the compensation that it contains.
+struct Position {
+    std::array<double, 3> position{}, offset{}, velocity{};  // mu, mu, mu/s
+    bool good = true;
+};
+
+struct Warmth {
+    int count = 0;                   // of the sensors
+    StopRule::Temperatures value{};  // degC; not a number: invalid
+    StopRule::Temperatures age{};    // s
+    std::uint32_t decides = 0;       // sensors of the stop rule, a bit each
+    double sample_time = 60;         // s
+    bool good = true, artifact_good = true;
+};
+
+// The program, the probe and the machine in one period.
+struct Signals {
+    Bit running, pass, bore, measuring, cycle, probe;
+    bool resume = false;
+    double gap = 0;       // s since the last record of a restored test; below 0: unknown
+    double bore_key = 0;  // number of the bore
+    double max_pass_time = 0;
+    bool turned = false, oriented = false;  // the table is at 180 deg, and where the program wants it
+    bool overtravel = false;
+    bool compensated = false, cooled = false;
+    bool confirmed = false;  // both are as the program wants them
+    double spindle_speed = 0;
+    Position at;
+    Warmth warmth;
+};
+
+enum class Kind : std::int32_t { touch = 1, temperature = 2, event = 3, speed = 4 };
+
+// The item of a record of an event.
+enum class Event : std::int32_t {
+    begin = 1,  // of the test
+    pass_begin = 2,
+    pass_end = 3,
+    cycle_end = 4,
+    stop = 5,  // x is the reason
+    resumed = 6,
+    rejected = 7,   // the touches of this visit do not count
+    fault = 8,      // x is its code
+    end = 9,        // the program of the test ended
+    measured = 10,  // the touches of this visit count
+};
+
+// One thing that happened. A test is the row of its records: restored, they give the same test.
+struct Record {
+    std::int32_t kind = 0;
+    double time = 0;         // s since the test began
+    std::int32_t pass = 0;   // from 1
+    std::int32_t visit = 0;  // of a bore; counts up through the test
+    std::int32_t bore = 0;
+    std::int32_t item = 0;  // direction of a touch, number of a sensor, or an event
+    bool turned = false, compensated = false, cooled = false;
+    double x = 0, y = 0, z = 0;  // a temperature: value, valid, age; a speed: mean since the last one
+    double x_offset = 0, y_offset = 0, z_offset = 0;
+
+    bool usable() const noexcept {
+        for (const double value : {time, x, y, z, x_offset, y_offset, z_offset})
+            if (!(std::abs(value) <= 1e9)) return false;
+        return kind >= 1 && kind <= 4 && time >= 0 && pass >= 0 && visit >= 0 && bore >= 0 && bore <= 16 &&
+               item >= -3 && item <= 10;
+    }
+};
+
+struct GrowthRow final : hal::RecordRow<Record> {
+    using RecordRow::RecordRow;
+
+    Field<std::int32_t> kind{this, record.kind, "kind", "",
+                             "Kind of the record: 1 touch, 2 temperature, 3 event, 4 speed."};
+    Field<double> time{this, record.time, "time", "s", "Time since the test began."};
+    Field<std::int32_t> pass{this, record.pass, "pass", "", "Number of the pass."};
+    Field<std::int32_t> visit{this, record.visit, "visit", "", "Number of the visit of a bore."};
+    Field<std::int32_t> bore{this, record.bore, "bore", "", "Number of the bore."};
+    Field<std::int32_t> item{this, record.item, "item", "",
+                             "Direction of the touch, number of the sensor, or event."};
+    Field<bool> turned{this, record.turned, "turned", "", "The table was at 180 deg."};
+    Field<bool> compensated{this, record.compensated, "compensated", "", "The compensation was on."};
+    Field<bool> cooled{this, record.cooled, "cooled", "", "The temperature control was on."};
+    Field<double> x{this, record.x, "x", "1",
+                    "X of a touch in mu, a temperature in degC, a speed in rpm, or a code."};
+    Field<double> y{this, record.y, "y", "1", "Y of a touch in mu, or 1 for a valid temperature."};
+    Field<double> z{this, record.z, "z", "1", "Z of a touch in mu, or the age of a temperature in s."};
+    Field<double> x_offset{this, record.x_offset, "x-offset", "mu", "Compensation in X."};
+    Field<double> y_offset{this, record.y_offset, "y-offset", "mu", "Compensation in Y."};
+    Field<double> z_offset{this, record.z_offset, "z-offset", "mu", "Compensation in Z."};
+};
+
+// The present or last visit of a bore: its number in the test, the bore, the latched touch, and the reason
+// for which the visit does not count.
+class BoreVisit {
+public:
+    std::int32_t number() const noexcept { return number_; }
+    std::int32_t bore() const noexcept { return bore_; }  // 0 for none
+    Fault fault() const noexcept { return fault_; }
+    std::int32_t direction() const noexcept { return latch_.direction(); }
+
+    // A new test begins, or a test goes on after this visit.
+    void begin() noexcept { number_ = bore_ = 0; }
+    void continue_after(std::int32_t number) noexcept { number_ = number; }
+
+    void open(const Signals& now) noexcept {
+        ++number_;
+        const double key = now.bore_key;
+        bore_ = key >= 0.5 && key < BoreReferences::most_bores + 0.5
+                    ? static_cast<std::int32_t>(std::lround(key))
+                    : 0;
+        fault_ = bore_ == 0       ? Fault::bore
+                 : !now.oriented  ? Fault::orientation
+                 : !now.confirmed ? Fault::unconfirmed
+                                  : Fault::none;
+    }
+
+    // One period of the open visit. True if a touch was latched.
+    bool step(const Signals& now) noexcept {
+        if (now.overtravel) fault_ = Fault::overtravel;
+        if (now.measuring.rises) latch_.arm();
+        const bool touched = now.measuring.now && !latch_.latched() && latches(now);
+        if (now.measuring.falls && !latch_.latched()) fault_ = Fault::probe_miss;
+        return touched;
+    }
+
+    // By the judgement of its touches; none leaves it good.
+    void reject(Fault its) noexcept { fault_ = its; }
+
+private:
+    bool latches(const Signals& now) noexcept {
+        if (!now.at.good) {
+            fault_ = Fault::position;
+            return false;
+        }
+        if (!latch_.step(now.probe.now, now.probe.rises, now.at.velocity)) return false;
+        if (latch_.direction() == 0) fault_ = Fault::probe_miss;
+        return latch_.direction() != 0;
+    }
+
+    std::int32_t number_ = 0, bore_ = 0;
+    Fault fault_ = Fault::none;
+    TouchLatch latch_;
+};
 
 // A test: its time, its passes, its visits of bores, and its records. All but the present visit follows from
 // the records: restored, they give the same test. reserve() allocates; nothing else does.
@@ -415,13 +573,13 @@ private:
         bool known = false;
     };
     std::array<Shape, 2 * BoreReferences::most_bores>
-        shapes_;                       // of the first visits, by bore and orientation
+        shapes_;  // of the first visits, by bore and orientation
     SlipWatch slips_;
     bool slipped_ = false;
     double work_ = 0, work_time_ = 0, last_speed_ = 0;  // speed times time and time since the last pass; s
-    ProbedBore touched_;               // in the last visit with a touch
-    std::array<double, 3> offsets_{};  // sum over its touches, mu
-    int of_visit_ = 0;                 // number of them
+    ProbedBore touched_;                                // in the last visit with a touch
+    std::array<double, 3> offsets_{};                   // sum over its touches, mu
+    int of_visit_ = 0;                                  // number of them
     Bore bore_;
     double time_ = 0;
     std::int32_t pass_ = 0, visits_ = 0, touches_ = 0;

@@ -1,14 +1,55 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/growth/cross_gains.hpp"
-#include "components/math/growth/swapped_sensors.hpp"
-
 #include <Eigen/Core>
 
 #include <array>
+#include <cmath>
 
 namespace plumb {
+
+// The passes of a test, of which the first one is cold.
+struct CompensationRecord {
+    Eigen::MatrixX3d drift;         // mu, of each pass, without compensation; 0 in the first
+    Eigen::MatrixX3d compensation;  // mu, as applied in each pass, and not relative to the first
+    Eigen::MatrixXd temperatures;   // degC, a column for each logged sensor; no columns if none is logged
+    // The same at each visit of a bore, by which the law of the compensation is found; the above if there are
+    // no rows.
+    Eigen::MatrixXd visit_temperatures;
+    Eigen::MatrixX3d visit_compensation;
+    double uncertainty = 0.001;  // mu, of a drift
+    double millimetres = 1;      // in a machine unit
+};
+
+// The exchange of two sensors with which the compensation would leave least of the drift.
+struct SwappedSensors {
+    int sensor = -1, other_sensor = -1;
+    double rest = HUGE_VAL;  // mu², of all passes; infinite if there is no law to exchange them in
+};
+
+// The law is taken in as few sensors as follow the compensation about as well as all of them: others that
+// happen to warm like them would share their part. `c` is the compensation relative to the first
+// pass.
+SwappedSensors swapped_sensors(const CompensationRecord& record, const Eigen::MatrixX3d& c);
+
+// Which axis a compensation displaces for the drift of which axis: c = G d + noise, over all passes.
+struct CrossGains {
+    Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();  // row: axis of the compensation; column: of the drift
+    Eigen::Matrix3d uncertainty = Eigen::Matrix3d::Zero();  // standard
+    // mu rms over the passes, of c in the row's axis minus d in the column's: a good compensation has its
+    // smallest on the diagonal, also where the gains are not determined.
+    Eigen::Matrix3d difference = Eigen::Matrix3d::Zero();
+    std::array<bool, 3> drifts{};      // columns with a drift; the others are 0
+    std::array<bool, 3> determined{};  // columns that the drifts of the other axes do not imitate
+
+    // The compensation of axis a follows the drift of axis b, and that of b the drift of a.
+    bool swapped(int a, int b) const;
+};
+
+// By least squares, for the axes that drift (`drifts`). Both sides are uncertain; the first pass is the
+// reference of all. A column is determined if each of its gains has an uncertainty below 0.25. Three axes
+// that two sources of heat displace are not; two of them alone may be.
+CrossGains cross_gains(const CompensationRecord& record, const std::array<bool, 3>& drifts);
 
 // How much of a drift a compensation removes along one axis.
 struct CompensationGain {
@@ -45,8 +86,9 @@ struct CompensationFinding {
     double gain = 0;                     // over all axes that drift
     double gain_low = 0, gain_high = 0;  // 95 of 100 between; both 0 if it is no matter of the gain
     std::array<bool, 3> drifts{};        // axes with enough drift to judge
-    // What would determine a compensation that is not determined: more passes of the machine as warm as in the
-    // last one (0: no number of them), or a larger drift along an axis (mu; 0: the drift is large enough).
+    // What would determine a compensation that is not determined: more passes of the machine as warm as in
+    // the last one (0: no number of them), or a larger drift along an axis (mu; 0: the drift is large
+    // enough).
     int more_passes = 0;
     double larger_drift = 0;
     CrossGains cross;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/cross_gains.hpp"
+#include "components/math/growth/compensation_effect.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/swapped_sensors.hpp"
+#include "components/math/growth/compensation_effect.hpp"
 
 #include <Eigen/Cholesky>
 

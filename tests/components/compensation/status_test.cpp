@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Each status of each function, the bad ones first: what is seen gives one status, whatever else is true.
-#include "components/compensation/axis_growth/axis_growth_status.hpp"
+#include "components/compensation/axis_growth/axis_growth_codes.hpp"
 #include "components/compensation/chopping/chopping_status.hpp"
 #include "components/compensation/squareness/squareness_codes.hpp"
 #include "components/compensation/thermal_displacement/displacement_status.hpp"
-#include "components/compensation/thermal_growth/growth_status.hpp"
+#include "components/compensation/thermal_growth/growth_codes.hpp"
 #include "components/stages/interlock/function_status.hpp"
 #include "tests/support/status_cases.hpp"
 

@@ -2,7 +2,6 @@
 #include "components/math/blocks/random.hpp"
 #include "components/math/growth/bore_centre.hpp"
 #include "components/math/growth/rigid_part.hpp"
-#include "components/math/growth/turned_table.hpp"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/cross_gains.hpp"
 #include "components/math/blocks/random.hpp"
+#include "components/math/growth/compensation_effect.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/random.hpp"
 #include "components/math/growth/growth_curve.hpp"
-#include "components/math/growth/stop_rule.hpp"
+#include "components/compensation/thermal_growth/probed_growth.hpp"
+#include "components/math/blocks/random.hpp"
 
 #include <gtest/gtest.h>
 

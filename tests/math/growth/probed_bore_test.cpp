@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/probed_bore.hpp"
-#include "components/math/growth/bore_references.hpp"
+#include "components/compensation/thermal_growth/probed_growth.hpp"
 
 #include <gtest/gtest.h>
 

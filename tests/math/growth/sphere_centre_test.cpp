@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/sphere_centre.hpp"
 #include "components/math/blocks/random.hpp"
+#include "components/math/growth/bore_centre.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/growth/touch_latch.hpp"
+#include "components/compensation/thermal_growth/probed_growth.hpp"
 
 #include <gtest/gtest.h>
 
