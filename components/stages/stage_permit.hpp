@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The end of a stage at the bus: what interlock permits, and what it hears of the stage. A permit that is
-// void holds the offset; a stage that never had one applies nothing.
+// What both stages have in common: their end at the bus, and the sum of their sources. Once in each period:
+//
+//     StagePermit::step     first: what interlock, or a stage's own pins, permit
+//     SourceSum::read       the sources, or the one that has a trial
+//     StagePermit::report   last: what the stage does, for interlock
+//
+// A permit that is void holds the offset; a stage that never had one applies nothing.
 #pragma once
 
-#include "components/math/blocks/live_counter.hpp"
+#include "components/math/blocks/usable.hpp"
 #include "hal/bus.hpp"
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <string>
 
@@ -20,6 +28,7 @@ struct Permit {
     bool arm = false;          // a cycle runs, or a trial of this stage
     bool hold = false;         // another stage is on trial: nothing moves here
     std::uint32_t source = 0;  // that alone acts in a trial, counted from 1; 0: all but that of a trial
+    double trial = 0;          // mu, the offset of a trial; 0 without one
 
     static constexpr std::uint32_t of_trial = 5;  // the pin trial
 
@@ -27,23 +36,43 @@ struct Permit {
         return (enable ? 1U : 0) | (arm ? 2U : 0) | (hold ? 4U : 0) | source << 3;
     }
     static constexpr Permit of(std::uint32_t content) noexcept {
-        return {(content & 1) != 0, (content & 2) != 0, (content & 4) != 0, content >> 3 & 7};
+        return {(content & 1) != 0, (content & 2) != 0, (content & 4) != 0, content >> 3 & 7, 0};
     }
 };
 
-// The sources of a stage, by number from 0: its pins offset-0 to -3, and last that of a trial.
-template <class Offsets>
-struct StageSources {
+// The sum of the sources of a stage: its pins offset-0 to -3, and that of a trial. An invalid one, or one
+// beyond ±largest, keeps its last good value.
+class SourceSum {
+public:
     static constexpr std::size_t number = Permit::of_trial;
+    static constexpr double largest = 1e3;  // mu
 
-    Offsets& offsets;
-    double trial;
-
-    double operator[](std::size_t i) const noexcept {
-        return i + 1 < number ? static_cast<double>(offsets[i]) : trial;
+    // Reads each once; where the permit names one, the others stay as they are. Whether all are valid.
+    template <class Row>
+    bool read(Row& offsets, const Permit& permit) noexcept {
+        bool good = true;
+        for (std::size_t i = 0; i < number; ++i) {
+            const double source = i + 1 < number ? static_cast<double>(offsets[i]) : permit.trial;
+            if (permit.source != 0 && i + 1 != permit.source) continue;
+            sources_[i] = usable(source, largest, sources_[i]);
+            good = good && sources_[i] == source;
+        }
+        return good;
     }
+
+    void clear() noexcept { sources_ = {}; }
+
+    double operator[](std::size_t i) const noexcept { return sources_[i]; }
+    // The sum without a source, by its number from 1; 0: with all.
+    double without(std::size_t source) const noexcept {
+        return value() - (source != 0 ? sources_[source - 1] : 0);
+    }
+    double value() const noexcept { return std::accumulate(sources_.begin(), sources_.end(), 0.0); }
+
+private:
+    std::array<double, number> sources_{};
 };
-using SourceRow = hal::Row<hal::In<double>, 4>;
+using SourceRow = hal::Row<hal::In<double>, SourceSum::number - 1>;
 
 struct StageState {
     bool in_force = false;         // an offset
@@ -59,6 +88,30 @@ struct StageState {
         return (in_force ? 1U : 0) | (ramping ? 2U : 0) | (uncompensated ? 4U : 0) |
                (probing_refused ? 8U : 0) | (fault ? 16U : 0) | (limited ? 32U : 0);
     }
+};
+
+// Whether a counter that counts once in each period still does. One below 0 is that of nobody, and counts as
+// alive. Any other one is dead until it is seen to change: a value that was left behind means nothing.
+class LiveCounter {
+public:
+    // Once in each period.
+    void step(std::int32_t count) noexcept {
+        if (count < 0 || (last_ >= 0 && count != last_))
+            silence_ = 0;
+        else
+            silence_ = last_ < 0 ? dead : std::min(silence_ + 1, missed_after);
+        last_ = count;
+    }
+
+    bool alive() const noexcept { return silence_ < dead; }
+    // Dead for so long that it is a fault, and not the first periods.
+    bool missed() const noexcept { return silence_ >= missed_after; }
+
+private:
+    static constexpr int dead = 10, missed_after = 20;  // periods without a change
+
+    std::int32_t last_ = -1;
+    int silence_ = dead;
 };
 
 class StagePermit : hal::Group {
@@ -79,18 +132,15 @@ public:
     Permit step() noexcept {
         if (own_) {
             counter_.step(own_->heartbeat);
-            return {own_->enable, own_->arm && *own_->arm, false, 0};
+            return {own_->enable, own_->arm && *own_->arm, false, 0, 0};
         }
         heard_.step(bus_->permit);
         Permit permit = Permit::of(heard_.content());
         permit.arm = permit.arm || !heard_.heard();  // a cycle that runs already is no start
         const double given = bus_->trial;
-        trial_ = permit.source == Permit::of_trial ? given : 0;
+        permit.trial = permit.source == Permit::of_trial ? given : 0;
         return permit;
     }
-
-    // Offset of the pin trial; 0 where it has no trial.
-    double trial() const noexcept { return trial_; }
 
     bool alive() const noexcept { return own_ ? counter_.alive() : heard_.alive(); }
     // Dead for so long that it is a fault, and not the first periods.
@@ -128,7 +178,6 @@ private:
     std::optional<Own> own_;
     LiveCounter counter_;
     hal::BusListener heard_{hal::Party::stage, hal::Direction::from_interlock};
-    double trial_ = 0;
     std::uint32_t beat_ = 0;
 };
 

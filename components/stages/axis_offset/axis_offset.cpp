@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/blocks/offset_counter.hpp"
-#include "components/math/blocks/offset_ledger.hpp"
-#include "components/math/blocks/source_sum.hpp"
-#include "components/stages/axis_offset/axis_offset_codes.hpp"
 #include "components/stages/axis_offset/axis_offset_status.hpp"
-#include "components/stages/axis_offset/guest_pins.hpp"
+#include "components/stages/axis_offset/external_offset.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
@@ -19,6 +15,63 @@
 #include <string>
 
 namespace plumb {
+
+enum class Fault : std::int32_t { none, source, report, settings, lost, counts, homed, guest, interlock };
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::source:
+            return "One of offset-0 to offset-3, or trial, is invalid or beyond 1000; its last good value is "
+                   "used.";
+        case Fault::report:
+            return "LinuxCNC's offset-request or offset-in-force is invalid or beyond 1000; the offset is "
+                   "held.";
+        case Fault::settings:
+            return "The scale, max-offset or max-rate is out of its range; the last good set stays in force.";
+        case Fault::lost:
+            return "LinuxCNC does not take the counts: a pin is not wired, or something else clears or "
+                   "disables the offsets of this axis; arm again.";
+        case Fault::counts: return "The counts exceed 32 bits; load the module again.";
+        case Fault::homed:
+            return "The machine was homed with an offset in force; turn it off and on, or clear, and home "
+                   "again.";
+        case Fault::guest:
+            return "A change of guest-counts has no valid guest-scale, or asks for an offset beyond 1000; "
+                   "the guest's offset is held.";
+        case Fault::interlock:
+            return "No permit comes from interlock, so the offset is held: net stage-permit of interlock to "
+                   "permit, and run plumb doctor --running.";
+        default: return nullptr;
+    }
+}
+
+// The pins of axis.L.eoffset-* as the guest knows them.
+struct GuestPins final : hal::Group {
+    using Group::Group;
+
+    hal::In<std::int32_t> counts{this, "guest-counts", 0,
+                                 "Counts of the guest: instead of axis.L.eoffset-counts."};
+    hal::In<double> scale{this, "guest-scale", 0, "mu",
+                          "Offset of one count of the guest: instead of axis.L.eoffset-scale."};
+    hal::In<bool> enable{this, "guest-enable", true,
+                         "Follow the guest's counts; false: the guest's offset holds."};
+    hal::In<bool> clear{this, "guest-clear", false, "Take the guest's offset back at once."};
+
+    hal::Out<double> request{this, "guest-request", "mu",
+                             "Offset that the guest asks for: instead of axis.L.eoffset-request."};
+    hal::Out<double> applied{this, "guest-applied", "mu",
+                             "Part of the offset in force that is the guest's: instead of axis.L.eoffset."};
+    hal::Out<bool> active{this, "guest-active",
+                          "The guest's offset is not 0: instead of motion.eoffset-active."};
+
+    GuestOffset::Given read() const noexcept { return {counts, scale, enable, clear}; }
+
+    // `grain` is the smallest offset that there can be.
+    void show(double asked_for, double in_force, double grain) noexcept {
+        request = asked_for;
+        applied = in_force;
+        active = std::abs(in_force) > grain;
+    }
+};
 
 struct AxisOffset final : hal::Component {
     static constexpr hal::About about{"axis_offset",
@@ -95,8 +148,7 @@ struct AxisOffset final : hal::Component {
         const Permit its = permit.step();
         if (its.source != source_ && its.source != 0 && !enabled_) sources_.clear();
         source_ = its.source;
-        const bool good_sources =
-            sources_.read(StageSources<SourceRow>{offset, permit.trial()}, largest, source_);
+        const bool good_sources = sources_.read(offset, its);
         const bool on = motion_enabled, homed = all_homed, probing = motion_type == probe;
         const bool arms = arm_.rises(its.arm), taking_back = clear, clears = clear_.rises(taking_back);
         if (power_.rises(on)) forget();
@@ -241,7 +293,7 @@ private:
 
     Settings settings_{};             // the last good ones
     double request_ = 0, force_ = 0;  // the last good ones
-    SourceSum<StageSources<SourceRow>::number> sources_;
+    SourceSum sources_;
     OffsetLedger ledger_;
     OffsetCounter counter_;
     std::uint32_t source_ = 0;  // that alone acts, from 1

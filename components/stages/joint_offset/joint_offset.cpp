@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
-#include "components/math/blocks/joint_origin.hpp"
-#include "components/math/blocks/offset_release.hpp"
-#include "components/math/blocks/soft_limits.hpp"
-#include "components/math/blocks/source_sum.hpp"
-#include "components/math/blocks/tapered_offset.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/stages/joint_offset/joint_offset_codes.hpp"
 #include "components/stages/joint_offset/joint_offset_status.hpp"
+#include "components/stages/joint_offset/offset_release.hpp"
+#include "components/stages/joint_offset/tapered_offset.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
@@ -21,6 +17,54 @@
 #include <string>
 
 namespace plumb {
+
+enum class Fault : std::int32_t {
+    none,
+    source,
+    position,
+    feedback,
+    settings,
+    limits,
+    origin,
+    interlock,
+    bound,
+    unhomed,
+    unreleased
+};
+constexpr const char* sentence(Fault fault) {
+    switch (fault) {
+        case Fault::source:
+            return "One of offset-0 to offset-3, or trial, is invalid or beyond 1000; its last good value is "
+                   "used.";
+        case Fault::position:
+            return "The joint-command or position is invalid or beyond 1e9; its last good value is used.";
+        case Fault::feedback:
+            return "The drive-feedback is invalid or beyond 1e9; LinuxCNC sees the joint stand, and stops "
+                   "with a following error when it moves.";
+        case Fault::settings:
+            return "The max-offset, ramp-rate or max-rate is out of its range; the last good set stays in "
+                   "force.";
+        case Fault::limits:
+            return "A limit is not set or out of range: min-limit below max-limit (both to 1e9), "
+                   "joint-acceleration or offset-acceleration (0.001 to 1e9); the last good set stays in "
+                   "force, and without one no offset is applied.";
+        case Fault::origin:
+            return "The origin was set with an offset in force; unhome the joint and home it again.";
+        case Fault::interlock:
+            return "No permit comes from interlock, so the offset is held: net stage-permit of interlock to "
+                   "permit, and run plumb doctor --running.";
+        case Fault::bound:
+            return "The max-offset is below the present offset; the last good one stays in force until the "
+                   "offset is within the new one.";
+        case Fault::unhomed:
+            return "The joint is not homed while a stroke is out; the offset stays. Turn the machine off and "
+                   "on, and home the joint.";
+        case Fault::unreleased:
+            return "A source with release-at-off is not 0 although the machine was off: net released to its "
+                   "component; the source has no effect until it is 0.";
+        default: return nullptr;
+    }
+}
 
 struct JointOffset final : hal::Component {
     static constexpr hal::About about{
@@ -118,7 +162,7 @@ struct JointOffset final : hal::Component {
         if (source_ == 0 && its.source != 0 && !active_) sources_.clear();  // a trial begins
         const std::size_t only = its.source, last = source_;
         const double others = sources_.without(last);
-        const bool good_sources = sources_.read(Sources{offset, permit.trial()}, largest, only);
+        const bool good_sources = sources_.read(offset, its);
         const bool returns =
             last != only && std::abs(sources_.without(last) - others) > slack;  // to other sources
         source_ = its.source;
@@ -172,18 +216,16 @@ struct JointOffset final : hal::Component {
                                                {stroking && (!is_homed || shifted), Fault::unhomed},
                                                {on && release_.ignores(), Fault::unreleased}});
         fault = found;
-        status = status_of({found != Fault::none, is_enabled, on, is_homed, falls_short, ramps,
-                            sums.all != 0 || forces});
+        status = status_of(
+            {found != Fault::none, is_enabled, on, is_homed, falls_short, ramps, sums.all != 0 || forces});
         permit.report({forces, ramps, false, false, found != Fault::none, falls_short});
     }
 
 private:
-    static constexpr double largest = 1e3;                    // mu, of an offset
     static constexpr double farthest = SoftLimits::farthest;  // mu, of a position
     static constexpr double slack = TaperedOffset::slack;
 
-    using Sources = StageSources<SourceRow>;
-    using Release = OffsetRelease<Sources::number>;
+    using Release = OffsetRelease<SourceSum::number>;
 
     static bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -209,7 +251,7 @@ private:
     void show_release() noexcept { released = !release_.any() ? -1 : release_.released() ? 1 : 0; }
 
     TaperedOffset applied_{{}};  // the last command contains it
-    SourceSum<Sources::number> sources_;
+    SourceSum sources_;
     Release release_;
     JointOrigin origin_;
     std::uint32_t source_ = 0;                                              // that alone acts, from 1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/offset_ledger.hpp"
+#include "components/stages/axis_offset/external_offset.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/live_counter.hpp"
+#include "components/stages/stage_permit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/offset_release.hpp"
+#include "components/stages/joint_offset/offset_release.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/soft_limit_taper.hpp"
+#include "components/stages/joint_offset/tapered_offset.hpp"
 #include "components/math/blocks/random.hpp"
 
 #include <gtest/gtest.h>
