@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/first_order_lag.hpp"
-#include "components/math/blocks/sample_and_hold.hpp"
+#include "components/plants/sample_and_hold.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "components/math/blocks/pseudo_inverse.hpp"
+#include "components/math/growth/pseudo_inverse.hpp"
 #include "components/math/growth/bore_centre.hpp"
 
 namespace plumb::commissioning {

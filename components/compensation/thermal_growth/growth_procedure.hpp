@@ -13,7 +13,6 @@
 #include "components/compensation/thermal_growth/growth_codes.hpp"
 #include "components/compensation/thermal_growth/probed_growth.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/blocks/mean_over_time.hpp"
 #include "hal/records.hpp"
 
 #include <algorithm>

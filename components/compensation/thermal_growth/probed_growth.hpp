@@ -8,6 +8,7 @@
 //     SlipWatch         whether the whole artifact has slipped since the last pass
 //     TemperatureRise   how far the machine has warmed
 //     StopRule          whether it is warm: the test ends
+//     MeanOverTime      the speed of the spindle since the last sample
 #pragma once
 
 #include "components/math/growth/bore_centre.hpp"
@@ -547,6 +548,29 @@ private:
     std::array<double, 3> drift_{NAN, NAN, NAN};
     std::array<Pass, most> last_{};  // the last one first
     std::size_t chain_ = 0;          // passes in a row with equal work between them
+};
+
+// The mean of a quantity over time.
+class MeanOverTime {
+public:
+    // A value for so many seconds. A value that is not within ±limit does not count.
+    void step(double value, double limit, double dt) noexcept {
+        if (!(std::abs(value) <= limit)) return;
+        sum_ += value * dt;
+        time_ += dt;
+    }
+
+    // The mean since the last one was taken; nothing if no value counted.
+    std::optional<double> take() noexcept {
+        const std::optional<double> mean = time_ > 0 ? std::optional(sum_ / time_) : std::nullopt;
+        clear();
+        return mean;
+    }
+
+    void clear() noexcept { sum_ = time_ = 0; }
+
+private:
+    double sum_ = 0, time_ = 0;
 };
 
 }  // namespace plumb

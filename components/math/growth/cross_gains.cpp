@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "components/math/blocks/pseudo_inverse.hpp"
+#include "components/math/growth/pseudo_inverse.hpp"
 
 namespace plumb {
 namespace {

@@ -2,7 +2,7 @@
 #include "components/math/contact/contact_onset.hpp"
 
 #include "components/math/blocks/random.hpp"
-#include "components/math/blocks/sample_and_hold.hpp"
+#include "components/plants/sample_and_hold.hpp"
 
 #include <gtest/gtest.h>
 

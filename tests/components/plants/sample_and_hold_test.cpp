@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/sample_and_hold.hpp"
+#include "components/plants/sample_and_hold.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/mean_over_time.hpp"
+#include "components/compensation/thermal_growth/probed_growth.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/blocks/pseudo_inverse.hpp"
+#include "components/math/growth/pseudo_inverse.hpp"
 
 #include <Eigen/QR>
 
