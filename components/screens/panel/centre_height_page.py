@@ -3,12 +3,11 @@
 
 import math
 
-from gi.repository import Gtk
-
-from panel import access, centre_height_state, status, style as styles, texts
+from panel import access, centre_height_state, status, texts
 from panel.function_page import EntryPage, FunctionPage
+from panel.picture import Picture
 from panel.texts import _, in_micrometres, number, position, unit_name, with_unit
-from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, named, row, scrolled, set_text
+from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
@@ -371,57 +370,28 @@ def plausible(text, expected, by_radius=False, other=None, value_of_other=None, 
         difference=in_micrometres(value - expected), expected=shown)
 
 
-class HeightPicture(Gtk.DrawingArea):
+class HeightPicture(Picture):
     """The work from its end, its axis, and the tool's edge with its uncertainty; heights are enlarged."""
 
     def __init__(self, page):
-        super().__init__()
-        self._page, self._height = page, None
-        self.set_size_request(300, 210)
-        self.connect("draw", self._draw)
-        named(self, _("Tool and centre"))
+        super().__init__(page.panel, _("Tool and centre"), (300, 210))
+        self._height = None
 
     def show_height(self, height, sigma):
         if (height, sigma) != self._height:
             self._height = (height, sigma)
             self.queue_draw()
 
-    def _draw(self, _area, cairo):
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._page.panel.dark
+    def draw(self, pen, width, height):
         middle, radius = height / 2, height * 0.44
         centre = width * 0.35
-        cairo.set_line_width(2)
-        cairo.arc(centre, middle, radius, 0, 2 * math.pi)
-        cairo.set_source_rgb(*styles.colour(dark, "pick"))
-        cairo.fill_preserve()
-        cairo.set_source_rgb(*styles.colour(dark, "line"))
-        cairo.stroke()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.set_dash([12, 4, 2, 4])
-        cairo.move_to(8, middle)
-        cairo.line_to(width - 8, middle)
-        cairo.stroke()
-        cairo.set_dash([])
+        pen.disc(centre, middle, radius, "pick", "line")
+        pen.line((8, middle), (width - 8, middle), dashes=(12, 4, 2, 4))
         if not self._height or self._height[0] is None or not math.isfinite(self._height[0]):
             return
-        its, sigma = self._height
-        largest = max(abs(its) + 2 * sigma, 1e-6)
-        scale = radius * 0.6 / largest
-        edge = middle - its * scale
-        cairo.set_source_rgb(*styles.colour(dark, "curve2"))
-        cairo.move_to(centre + radius * 0.85, edge)
-        cairo.line_to(width - 30, edge)
-        cairo.line_to(width - 30, edge + 34)
-        cairo.line_to(centre + radius * 0.85 + 16, edge + 34)
-        cairo.close_path()
-        cairo.fill()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.set_line_width(3)
-        cairo.move_to(centre + radius * 0.85, edge - 2 * sigma * scale)
-        cairo.line_to(centre + radius * 0.85, edge + 2 * sigma * scale)
-        cairo.stroke()
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(17)
-        cairo.move_to(centre + radius + 12, edge - 8 if its >= 0 else edge + 54)
-        cairo.show_text(in_micrometres(float(its)))
+        tip, sigma = self._height
+        scale = radius * 0.6 / max(abs(tip) + 2 * sigma, 1e-6)
+        x, edge, end = centre + radius * 0.85, middle - tip * scale, width - 30
+        pen.shape((x, edge), (end, edge), (end, edge + 34), (x + 16, edge + 34), colour="curve2")
+        pen.line((x, edge - 2 * sigma * scale), (x, edge + 2 * sigma * scale), width=3)
+        pen.words(centre + radius + 12, edge - 8 if tip >= 0 else edge + 54, in_micrometres(float(tip)), 17)

@@ -5,11 +5,8 @@ import collections
 import math
 import time
 
-from gi.repository import Gtk
-
-from panel import style as styles
+from panel.picture import Picture
 from panel.texts import _
-from panel.widgets import named
 
 
 class History:
@@ -32,96 +29,61 @@ class History:
         self.marks.append((time.monotonic(), value, sigma, good))
 
 
-class Chart(Gtk.DrawingArea):
+class Chart(Picture):
     """Curves of a History over the last hours; marks with their standard deviation as bars."""
 
     def __init__(self, panel, history, names, unit, scale=1.0):
-        super().__init__()
-        self._panel, self._history, self._names, self._unit, self._scale = panel, history, names, unit, scale
-        self.set_size_request(300, 230)
-        self.connect("draw", self._draw)
-        named(self, ", ".join(names) or _("Chart"))
+        super().__init__(panel, ", ".join(names) or _("Chart"), (300, 230))
+        self._history, self._names, self._unit, self._scale = history, names, unit, scale
 
-    def _draw(self, _area, cairo):
-        dark = self._panel.dark
+    def draw(self, pen, width, height):
         rows = self._history.rows
         now = time.monotonic()
         start = rows[0][0] if rows else now
         span = next((each for each in (600, 1800, 3600, 2 * 3600, 4 * 3600, 8 * 3600) if each >= now - start), 8 * 3600)
         numbers = [value * self._scale for _when, values in rows for value in values if math.isfinite(value)]
         numbers += [value * self._scale for _when, value, _sigma, _good in self._history.marks if math.isfinite(value)]
-        frame = Frame(self, cairo, dark, numbers, 5, self._names, self._unit, (now - span, now))
-        x, y = frame.x, frame.y
+        frame = Frame(pen, (width, height), numbers, 5, self._names, self._unit, (now - span, now))
         for part in range(5):
             minutes = span * (4 - part) / 4 / 60
             words = _("now") if part == 4 else "\u2212%g h" % (minutes / 60) if span > 3600 else "\u2212%g min" % minutes
             frame.mark(now - minutes * 60, words, 12 if part == 0 else 40 if part == 4 else 22)
-        cairo.rectangle(frame.left, frame.top, frame.right - frame.left, frame.bottom - frame.top)
-        cairo.clip()
+        frame.clip()
         for place in range(len(self._names)):
             frame.curve(place, ((when, values[place] * self._scale if place < len(values) else math.nan) for when, values in rows))
-        cairo.set_line_width(2)
         for when, value, sigma, good in self._history.marks:
             if not math.isfinite(value):
                 continue
-            cairo.set_source_rgb(*styles.colour(dark, "text" if good else "bad"))
-            middle = y(value * self._scale)
-            cairo.move_to(x(when), y((value - 2 * sigma) * self._scale))
-            cairo.line_to(x(when), y((value + 2 * sigma) * self._scale))
-            cairo.stroke()
+            x, low, middle, high = frame.x(when), *(frame.y(each * self._scale) for each in (value - 2 * sigma, value, value + 2 * sigma))
+            colour = "text" if good else "bad"
+            pen.line((x, low), (x, high), colour=colour)
             if good:
-                cairo.arc(x(when), middle, 4, 0, 2 * math.pi)
-                cairo.fill()
+                pen.disc(x, middle, 4)
             else:
-                for sign in (1, -1):
-                    cairo.move_to(x(when) - 5, middle - 5 * sign)
-                    cairo.line_to(x(when) + 5, middle + 5 * sign)
-                cairo.stroke()
+                pen.lines([((x - 5, middle - 5 * sign), (x + 5, middle + 5 * sign)) for sign in (1, -1)], colour)
 
 
-DASHES = ([], [8, 4], [2, 3])  # of the first curve and the others
+CURVES = (("curve", ()), ("curve2", (8, 4)), ("soft", (2, 3)))  # colour and dashes of the first curve and the others
 
 
 class Frame:
-    """The frame of a chart in a widget: horizontal lines with their values, the names of the curves, the unit, and the scales of both axes."""
+    """The frame of a chart: horizontal lines with their values, the names of the curves, the unit, and the scales of both axes."""
 
-    def __init__(self, area, cairo, dark, numbers, least, names, unit, span):
+    def __init__(self, pen, size, numbers, least, names, unit, span):
         """The scale has all numbers, and reaches from -least to least at least; `span` is its first and last place along X."""
-        self._cairo, self._span = cairo, span
-        self._colours = [styles.colour(dark, name) for name in ("curve", "curve2", "soft")]
-        self.left, self.right, self.top, self.bottom = 62, area.get_allocated_width() - 12, 34, area.get_allocated_height() - 30
+        self._pen, self._span = pen, span
+        self.left, self.right, self.top, self.bottom = 62, size[0] - 12, 34, size[1] - 30
         self._levels = levels_of(numbers, least)
-        cairo.set_source_rgb(*styles.colour(dark, "card"))
-        cairo.paint()
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(14)
-        cairo.set_line_width(1)
+        pen.paper()
         for value in self._levels:
-            cairo.set_source_rgb(*styles.colour(dark, "line"))
-            cairo.move_to(self.left, self.y(value))
-            cairo.line_to(self.right, self.y(value))
-            cairo.stroke()
-            cairo.set_source_rgb(*styles.colour(dark, "text"))
-            cairo.move_to(6, self.y(value) + 5)
-            cairo.show_text(signed(round(value, 6)))
-        self._write_names(names)
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.move_to(self.right - cairo.text_extents(unit).x_advance, 21)
-        cairo.show_text(unit)
-
-    def _write_names(self, names):
-        cairo, at = self._cairo, self.left
-        for name, colour, dashes in zip(names, self._colours, DASHES):
-            cairo.set_source_rgb(*colour)
-            cairo.set_dash(dashes)
-            cairo.set_line_width(3)
-            cairo.move_to(at, 16)
-            cairo.line_to(at + 30, 16)
-            cairo.stroke()
-            cairo.move_to(at + 36, 21)
-            cairo.show_text(name)
-            at += 52 + cairo.text_extents(name).x_advance
-        cairo.set_dash([])
+            pen.line((self.left, self.y(value)), (self.right, self.y(value)), colour="line", width=1)
+            pen.words(6, self.y(value) + 5, signed(round(value, 6)), 14)
+        at = self.left
+        for name, (colour, dashes) in zip(names, CURVES):
+            pen.line((at, 16), (at + 30, 16), colour=colour, width=3, dashes=dashes)
+            pen.words(at + 36, 21, name, 14, colour)
+            at += 52 + pen.advance_of(name, 14)
+        pen.words(self.right - pen.advance_of(unit, 14), 21, unit, 14)
 
     def x(self, place):
         first, last = self._span
@@ -133,23 +95,22 @@ class Frame:
 
     def mark(self, place, words, beside):
         """Words below a place along X, which begin this far beside it."""
-        self._cairo.move_to(self.x(place) - beside, self.bottom + 22)
-        self._cairo.show_text(words)
+        self._pen.words(self.x(place) - beside, self.bottom + 22, words, 14)
+
+    def clip(self):
+        """Nothing is drawn outside the frame from here on."""
+        self._pen.cairo.rectangle(self.left, self.top, self.right - self.left, self.bottom - self.top)
+        self._pen.cairo.clip()
 
     def curve(self, number, points):
         """A line, with a gap where a value is not a number."""
-        cairo = self._cairo
-        cairo.set_source_rgb(*self._colours[number])
-        cairo.set_dash(DASHES[number])
-        cairo.set_line_width(2.5)
-        cairo.new_path()
-        drawing = False
+        parts = [[]]
         for place, value in points:
             if math.isfinite(value):
-                (cairo.line_to if drawing else cairo.move_to)(self.x(place), self.y(value))
-            drawing = math.isfinite(value)
-        cairo.stroke()
-        cairo.set_dash([])
+                parts[-1].append((self.x(place), self.y(value)))
+            elif parts[-1]:
+                parts.append([])
+        self._pen.lines(parts, CURVES[number][0], 2.5, CURVES[number][1])
 
 
 def signed(value):

@@ -3,13 +3,12 @@
 
 import math
 
-from gi.repository import Gtk
-
-from panel import chopping_orders, effects, style as styles
+from panel import chopping_orders, effects
 from panel.chopping_stroke_page import SectionsPage, StrokePage
 from panel.function_page import FunctionPage
+from panel.picture import Picture
 from panel.texts import _, in_micrometres, number, position, with_unit
-from panel.widgets import Figures, button, card, label, named, set_text
+from panel.widgets import Figures, button, card, label, set_text
 
 
 class ChoppingPage(FunctionPage):
@@ -84,30 +83,25 @@ class ChoppingPage(FunctionPage):
         self._picture.show_values({short: get(short) for short in StrokePicture.SHORTS})
 
 
-class StrokePicture(Gtk.DrawingArea):
+class StrokePicture(Picture):
     """The region of the stroke with its sections, and where the axis is."""
 
     SHORTS = ("upper", "lower", "phase", "command", "offset", "position") + tuple(
         "section-%d-%s" % (place, part) for place in range(4) for part in ("kind", "from", "to", "ratio"))
 
     def __init__(self, page):
-        super().__init__()
-        self._page, self._values = page, None
-        self.set_size_request(300, 230)
-        self.connect("draw", self._draw)
-        named(self, _("Stroke and sections"))
+        super().__init__(page.panel, _("Stroke and sections"), (300, 230))
+        self._values = None
 
     def show_values(self, values):
         if values != self._values:
             self._values = values
             self.queue_draw()
 
-    def _draw(self, _area, cairo):
+    def draw(self, pen, width, height):
         values = self._values
         if not values:
             return
-        width, height = self.get_allocated_width(), self.get_allocated_height()
-        dark = self._page.panel.dark
         upper, lower = values["upper"], values["lower"]
         span = upper - lower
         if not math.isfinite(span) or span <= 0:
@@ -117,32 +111,17 @@ class StrokePicture(Gtk.DrawingArea):
         def y(place):
             return bottom - (place - lower) / span * (bottom - top)
 
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(16)
-        cairo.rectangle(left, top, 60, bottom - top)
-        cairo.set_source_rgb(*styles.colour(dark, "pick"))
-        cairo.fill_preserve()
-        cairo.set_source_rgb(*styles.colour(dark, "good"))
-        cairo.set_line_width(3)
-        cairo.stroke()
+        pen.box(left, top, 60, bottom - top, "pick", "good", 3)
         for place in range(4):
             kind, start, end, ratio = (values["section-%d-%s" % (place, part)] for part in ("kind", "from", "to", "ratio"))
             if not kind:
                 continue
             if kind == 1:  # phases, as heights on the way up
                 start, end = (lower + span * (1 - math.cos(math.radians(phase))) / 2 for phase in (start, end))
-            cairo.rectangle(left + 64, y(max(start, end)), 40, abs(y(start) - y(end)))
-            cairo.set_source_rgb(*styles.colour(dark, "curve2"))
-            cairo.fill()
-            cairo.set_source_rgb(*styles.colour(dark, "text"))
-            cairo.move_to(left + 112, (y(start) + y(end)) / 2 + 5)
-            cairo.show_text("%g %%" % (ratio * 100))
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
+            pen.box(left + 64, y(max(start, end)), 40, abs(y(start) - y(end)), "curve2")
+            pen.words(left + 112, (y(start) + y(end)) / 2 + 5, "%g %%" % (ratio * 100), 16)
         for place, words in ((upper, _("upper")), (lower, _("lower"))):
-            cairo.move_to(10, y(place) + 6)
-            cairo.show_text("%s %s" % (words, with_unit(round(place, 4), "mu")))
+            pen.words(10, y(place) + 6, "%s %s" % (words, with_unit(round(place, 4), "mu")), 16)
         here = values["position"] + values["offset"]
         if math.isfinite(here):
-            at = max(top - 8, min(bottom + 8, y(here)))
-            cairo.arc(left + 30, at, 9, 0, 2 * math.pi)
-            cairo.fill()
+            pen.disc(left + 30, max(top - 8, min(bottom + 8, y(here))), 9)

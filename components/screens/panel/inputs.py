@@ -7,7 +7,8 @@ import statistics
 
 from gi.repository import Gtk
 
-from panel import style as styles, texts
+from panel import texts
+from panel.picture import Picture
 from panel.texts import _, number, seconds, with_unit
 from panel.widgets import card, column, grow, label, named, row, set_text
 
@@ -61,17 +62,14 @@ def state_of_input(machine, instance, short, values):
     return ("\u2714 " + _("valid") if valid else "\u2716 " + _("not valid")) + aged
 
 
-class LoadBar(Gtk.DrawingArea):
+class LoadBar(Picture):
     """The load, and the rise over the usual one of the last seconds that is a contact."""
 
     LOOKS = 40  # of the last seconds
 
     def __init__(self, panel):
-        super().__init__()
-        self._panel, self._shown, self._loads = panel, None, collections.deque(maxlen=self.LOOKS)
-        self.set_size_request(300, 70)
-        self.connect("draw", self._draw)
-        named(self, _("Load"))
+        super().__init__(panel, _("Load"), (300, 70))
+        self._shown, self._loads = None, collections.deque(maxlen=self.LOOKS)
 
     def show_load(self, load, threshold, valid):
         if math.isfinite(load):
@@ -85,34 +83,18 @@ class LoadBar(Gtk.DrawingArea):
         named(self, words if valid else _("The load is not valid"))
         self.queue_draw()
 
-    def _draw(self, _area, cairo):
+    def draw(self, pen, width, _height):
         if self._shown is None:
             return
         load, idle, threshold, valid = self._shown
-        width = self.get_allocated_width()
-        dark = self._panel.dark
         full = max(10.0, *(abs(each) for each in self._loads), idle + 2 * abs(threshold)) if self._loads else 10.0
         full = 10.0 * math.ceil(full / 10.0)
 
         def x(percent):
             return 8 + max(0.0, min(1.0, percent / full)) * (width - 16)
 
-        cairo.rectangle(8, 8, width - 16, 26)
-        cairo.set_source_rgb(*styles.colour(dark, "card"))
-        cairo.fill_preserve()
-        cairo.set_source_rgb(*styles.colour(dark, "line"))
-        cairo.set_line_width(2)
-        cairo.stroke()
+        pen.box(8, 8, width - 16, 26, "card", "line")
         if valid and math.isfinite(load):
-            cairo.rectangle(8, 9, x(load) - 8, 24)
-            cairo.set_source_rgb(*styles.colour(dark, "curve2" if load >= idle + threshold else "curve"))
-            cairo.fill()
-        cairo.set_source_rgb(*styles.colour(dark, "text"))
-        cairo.set_line_width(3)
-        cairo.move_to(x(idle + threshold), 3)
-        cairo.line_to(x(idle + threshold), 40)
-        cairo.stroke()
-        cairo.select_font_face("DejaVu Sans")
-        cairo.set_font_size(15)
-        cairo.move_to(10, 58)
-        cairo.show_text(self.get_accessible().get_name())
+            pen.box(8, 9, x(load) - 8, 24, "curve2" if load >= idle + threshold else "curve")
+        pen.line((x(idle + threshold), 3), (x(idle + threshold), 40), width=3)
+        pen.words(10, 58, self.get_accessible().get_name(), 15)
