@@ -10,15 +10,13 @@ which is another one of the same kind.
 """
 
 import os
-import random
 
 import numpy as np
 
 from support import growth_days, growth_machines
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
-from support.growth_machines import draw_duty
-from support.growth_tests import add_axis_growth, law_of, run_test
+from support.growth_tests import DEVIATIONS, add_axis_growth, law_of, run_test
 from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
 from support.simulations import duration_text, simulate_all
@@ -30,7 +28,7 @@ INSTANCES = {"axis_growth": "axis-growth", "its law": "another-growth"}
 WAYS = ("off", "thermal_displacement", "axis_growth", "both", "law of machine 1")
 OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names": "growth,both"}
 COLUMNS = ["program.learn", "mill.truth-cuts", "growth.z-offset", "growth.contacts-accepted", "both.z-offset", "both.contacts-accepted"]
-COLUMNS += ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
+COLUMNS += DEVIATIONS
 COLUMNS += ["%s.%s-offset" % (instance, axis) for instance in INSTANCES.values() for axis in "xyz"]
 
 
@@ -56,10 +54,7 @@ def work(folder, seed, laws, duration, progress):
     path = os.path.join(folder, "recording.csv")
     with plumb.Host(options=OPTIONS) as host:
         start_mill(host, seed)
-        host.command("loadrt sim_artifact names=artifact")
-        host.command("loadrt axis_growth names=%s interlock=no" % ",".join(INSTANCES.values()))
-        host.set("artifact.seed", seed)
-        host.set("artifact.air-start", random.Random(-seed).uniform(1, 86400))
+        growth_machines.load_machine(host, seed, {}, INSTANCES.values())
         host.command("net spindle-speed-cmd => artifact.spindle-speed-cmd axis-growth.spindle-speed another-growth.spindle-speed")
         host.command("net z-growth artifact.truth-z-deviation => mill.growth-replay")
         host.set("mill.use-replay", True)
@@ -69,11 +64,7 @@ def work(folder, seed, laws, duration, progress):
             add_axis_growth(host, law["lines"].replace("axis-growth.", instance + "."), instance)
         add_both(host)
         host.record(path, COLUMNS, EVERY)
-        for speed, time in draw_duty(seed, duration):
-            host.set("program.sides-speed", speed)
-            host.run(time)
-            if not progress(time):
-                break
+        growth_machines.run_day(host, "program.sides-speed", seed, duration, progress)
         return read_columns(path)
 
 
@@ -83,7 +74,7 @@ def judge(column):
     learnt = cuts[column["program.learn"][cuts] > 0]
     known = (column["growth.contacts-accepted"] >= 2) & (column["both.contacts-accepted"] >= 2)
     warm = cuts[(column["program.learn"][cuts] == 0) & known[cuts - 1]]
-    growth = np.column_stack([column["artifact.truth-%s-deviation" % axis] for axis in "xyz"])
+    growth = np.column_stack([column[name] for name in DEVIATIONS])
     by_law = {
         name: np.column_stack([column["%s.%s-offset" % (instance, axis)] for axis in "xyz"]) for name, instance in INSTANCES.items()
     }

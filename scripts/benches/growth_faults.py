@@ -14,7 +14,7 @@ import numpy as np
 
 from support.command import add_place, errors_reported, new_parser, place_of, whole
 from support.figures import largest, rms
-from support.growth_tests import results_of, run_test
+from support.growth_tests import DEVIATIONS, results_of, run_test
 from support.simulations import simulate_all
 
 TARGETS = "simulation_growth plumb-growth"
@@ -75,7 +75,7 @@ def truth_of(path):
     rows = collections.defaultdict(list)
     with open(path, encoding="ascii") as file:
         names = file.readline().strip().split(",")
-        at = [names.index(name) for name in ["growth-test.elapsed"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]]
+        at = [names.index(name) for name in ["growth-test.elapsed"] + DEVIATIONS]
         probed, number = names.index("growth-test.at-bore"), names.index("growth-test.visit")
         for line in csv.reader(file):
             if float(line[probed]):

@@ -7,7 +7,7 @@ import random
 import numpy as np
 
 from support.figures import rms
-from support.growth_tests import FASTEST, PLAN, add_axis_growth, law_of, plan_of, run_test
+from support.growth_tests import DEVIATIONS, FASTEST, PLAN, add_axis_growth, law_of, plan_of, run_test
 from support.recordings import read_columns
 
 PERIOD = 1  # s
@@ -29,6 +29,25 @@ def draw_duty(seed, duration):
         speeds.append((draw.choice((0, draw.uniform(2000, 8000), draw.uniform(2000, 8000))), time))
         left -= time
     return speeds
+
+
+def load_machine(host, seed, settings, instances):
+    """sim_artifact on another day than that of its growth test, and instances of axis_growth. Returns the draw of the day."""
+    host.command("loadrt sim_artifact names=artifact")
+    host.command("loadrt axis_growth names=%s interlock=no" % ",".join(instances))
+    draw = random.Random(-seed)
+    for name, value in {"artifact.seed": seed, **settings, "artifact.air-start": draw.uniform(1, 86400)}.items():
+        host.set(name, value)
+    return draw
+
+
+def run_day(host, pin, seed, duration, progress):
+    """The speed of the spindle by its duty, until `progress` wants no more."""
+    for speed, time in draw_duty(seed, duration):
+        host.set(pin, speed)
+        host.run(time)
+        if not progress(time):
+            return
 
 
 def simulate(structure, seed, duration, hours, progress):
@@ -63,17 +82,10 @@ def simulate(structure, seed, duration, hours, progress):
 def work(folder, seed, settings, law, duration, progress):
     import plumb
 
-    draw = random.Random(-seed)
     path = os.path.join(folder, "day.csv")
     with plumb.Host() as host:
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
-        host.command("loadrt sim_artifact names=artifact")
-        host.command("loadrt axis_growth names=axis-growth interlock=no")
-        host.set("artifact.seed", seed)
-        for name, value in settings.items():
-            host.set(name, value)
-        host.set("artifact.air-start", draw.uniform(1, 86400))
-        host.set("artifact.air-day", draw.uniform(0.5, 2))
+        host.set("artifact.air-day", load_machine(host, seed, settings, ["axis-growth"]).uniform(0.5, 2))
         host.command("addf artifact.update servo-thread")
         add_axis_growth(host, law["lines"])
         host.command("net speed artifact.spindle-speed => axis-growth.spindle-speed")
@@ -81,14 +93,10 @@ def work(folder, seed, settings, law, duration, progress):
         host.run(SETTLE)
         host.set("axis-growth.zero-set", True)
         host.run(PERIOD)
-        names = ["axis-growth.doubt"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
+        names = ["axis-growth.doubt"] + DEVIATIONS
         names += ["axis-growth.%s-%s" % (axis, pin) for axis in "xyz" for pin in ("offset", "growth-sigma")]
         host.record(path, names, EVERY)
-        for speed, time in draw_duty(seed, duration):
-            host.set("artifact.spindle-speed-cmd", speed)
-            host.run(time)
-            if not progress(time):
-                break
+        run_day(host, "artifact.spindle-speed-cmd", seed, duration, progress)
         return read_columns(path)
 
 

@@ -16,7 +16,8 @@ BORES = ((0, -60, 60), (0, 60, 60), (-80, -60, 60), (80, 60, 60), (-80, 60, 110)
 FIELDS = ("kind", "time", "pass", "visit", "bore", "item", "turned", "compensated", "cooled", "x", "y", "z", "x-offset", "y-offset", "z-offset")
 EVENTS = ("begin", "pass-begin", "pass-end", "cycle-end", "stop", "resumed", "rejected", "fault", "end", "measured")
 SIDES = {-3: "-Z", -2: "-Y", -1: "-X", 1: "+X", 2: "+Y", 3: "+Z"}
-TRUTH = ["growth-test.visit", "growth-test.at-bore", "growth-test.elapsed"] + ["artifact.truth-%s-deviation" % axis for axis in "xyz"]
+DEVIATIONS = ["artifact.truth-%s-deviation" % axis for axis in "xyz"]  # the growth
+TRUTH = ["growth-test.visit", "growth-test.at-bore", "growth-test.elapsed"] + DEVIATIONS
 
 
 # Parts of the highest speed, a cycle of work each: steps, a rest and a cool-down tell the terms of a law apart.
