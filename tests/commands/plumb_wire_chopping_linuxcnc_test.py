@@ -27,7 +27,7 @@ class Chopping(Sample):
         for line in FORMER:
             self.assertIn("-%s\n" % line, patch)
         self.assertIn("+REMAP = G81.1 modalgroup=1 argspec=ZQrpij", patch)
-        self.assertIn('records = ["chop"]', read(os.path.join(self.folder(INCH), "retain.toml")))
+        self.assertIn('bound = true\nrecords = ["chop"]', read(os.path.join(self.folder(INCH), "retain.toml")))
         stages = read(os.path.join(self.folder(INCH), "stages.hal"))
         self.assertIn("setp z-stage.max-offset 8.12\n", stages)  # the travel of Z
         self.assertEqual(stages.count("z-stage.offset-acceleration"), 1)

@@ -54,7 +54,8 @@ class Wired(Sample):
         moved = self.start("moved")
         self.assertIn("commissioned: The store is an old copy", self.output)
         self.assertEqual(moved["before"], [STAGE_HELD, 0])
-        self.assertRegex(" ".join(moved["doctor"].split()), "WRONG The store is an old copy, or another user's.* plumb commission --accept")
+        for store in ("commissioned", "panel-settings"):
+            self.assertRegex(" ".join(moved["doctor"].split()), "WRONG %s: The store is an old copy, or another user's.* plumb commission --accept" % store)
         self.assertEqual(moved["accept"], "What passed counts again on this computer.\n")
         self.acts(moved["after"])
         self.acts(self.start("stays")["before"])

@@ -39,6 +39,7 @@ def main():
     action.add_argument("--state", action="store_true", help="show the functions and stages that have passed, and each later change")
     action.add_argument("--by-hand", action="store_true", help="let the function and its stages pass without a step; the sheet says by whom")
     action.add_argument("--accept", action="store_true", help="take over what passed on another computer, or an older copy of it")
+    action.add_argument("--renew", action="store_true", help="begin new stores in place of those: what passed, what was learned and settings of the panel are gone")
     action.add_argument("--again", action="store_true",
                         help="after work on a drive, encoder or screw: take the pass of a function or a stage back, and begin its steps")
     action.add_argument("--undo", action="store_true", help="take the function and its stages back: they are held again")
@@ -62,8 +63,8 @@ def main():
     try:
         if options.state:
             return machine.show_state(options.rows)
-        if options.accept:
-            return machine.accept()
+        if options.accept or options.renew:
+            return machine.answer("accept" if options.accept else "renew")
         function = machine.rig.function(options.function) if options.function else None
         if options.again and options.function:
             return Terminal(machine, *machine.rig.place(options.function), options).run()
@@ -130,19 +131,20 @@ class Running:
                     print("         $ " + command)
         return 1 if any(kind == "wrong" for kind, _sentence, _command in found) else 0
 
-    def accept(self):
+    def answer(self, pin):
+        """To the stores that plumb-retain does not restore by itself."""
         if not self.rig.doubts():
             return refuse(_("nothing that passed is in doubt"), 1)
-        self.rig.answer("accept")
-        if not self.rig.await_condition(lambda: not self.rig.doubts()):
+        if not self.rig.answer(pin):
             return refuse(" ".join(self.rig.doubts()), 1)
-        print(_("What passed counts again on this computer."))
+        print(_("What passed counts again on this computer.") if pin == "accept" else _("The stores begin anew."))
         return 0
 
     def by_hand(self, function, who):
         """Whoever knows better."""
         if not who:
             return refuse(_("--by-hand needs --who: the sheet says who let it pass"), 2)
+        self.rig.must_be_answered()
         for place in [*self.rig.stages_of(function), function]:
             if not self.rig.is_commissioned(place):
                 if not self.rig.await_condition(lambda place=place: self.rig.identity(place) != 0, 5):

@@ -402,7 +402,7 @@ class Wire:
         files["panel.toml"] = (
             "# SPDX-License-Identifier: GPL-2.0-or-later\n"
             "# Written by plumb panel: the settings that plumb-retain keeps for it.\n"
-            'machine = "%s"\npins = []\n' % machine
+            'machine = "%s"\nbound = true\npins = []\n' % machine
         )
         files["commissioning.toml"] = (
             "# SPDX-License-Identifier: GPL-2.0-or-later\n"
@@ -413,7 +413,7 @@ class Wire:
             files["retain.toml"] = (
                 "# SPDX-License-Identifier: GPL-2.0-or-later\n"
                 "# Written by plumb wire: the records that plumb-retain keeps over a restart, in retain.retained beside this file.\n"
-                'machine = "%s"\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
+                'machine = "%s"\nbound = true\nrecords = [%s]\n' % (machine, ", ".join('"%s"' % name for name in records))
             )
         if any(function.log for function in self.functions):
             files["growth.toml"] = (

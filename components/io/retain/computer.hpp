@@ -86,7 +86,8 @@ class StoreOrigin {
 public:
     // Why a store is not taken without a question; Fault::none if it is this computer's last one.
     Fault judge(const std::optional<retained_file::Origin>& stored) {
-        if (!stored || stored->computer.empty() || computer_.empty()) return Fault::unnamed;
+        if (computer_.empty()) return Fault::nameless;
+        if (!stored || stored->computer.empty()) return Fault::unnamed;
         if (stored->computer != computer_) return Fault::computer;
         origin_ = *stored;
         open();

@@ -25,7 +25,7 @@ struct Retain final : hal::Component {
 
     hal::In<bool> accept{
         this, "accept", false,
-        "The rising edge restores a store of another computer, or an older one: fault-code 8 to 10."};
+        "The rising edge restores a store of another computer, or an older one: fault-code 8 to 11."};
     hal::In<bool> renew{this, "renew", false,
                         "The rising edge keeps the present values in place of such a store."};
     hal::ProgramState program_state{this, hal::Service::retain};

@@ -6,7 +6,7 @@
 namespace plumb {
 
 // After foreign, damaged, version, and a refusal, nothing is restored and nothing is saved; after computer,
-// older and unnamed until somebody answers.
+// older, unnamed and nameless until somebody answers.
 enum class Fault : std::int32_t {
     none,
     foreign,
@@ -18,7 +18,8 @@ enum class Fault : std::int32_t {
     program,
     computer,
     older,
-    unnamed
+    unnamed,
+    nameless
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -42,14 +43,19 @@ constexpr const char* sentence(Fault fault) {
                    "that, and start again.";
         case Fault::program: return "A file of the program cannot be read; program-id is 0.";
         case Fault::computer:
-            return "The store is from another computer. Nothing is restored or saved until you accept or "
-                   "renew it.";
+            return "The store is from another computer. Nothing is restored or saved until you answer: plumb "
+                   "commission --accept takes it over, --renew begins a new one.";
         case Fault::older:
             return "The store is an old copy, or another user's. Nothing is restored or saved until you "
-                   "accept or renew it.";
+                   "answer: plumb commission --accept takes it over, --renew begins a new one.";
         case Fault::unnamed:
-            return "The store, or this computer, has no machine-id. Nothing is restored or saved until you "
-                   "accept or renew it.";
+            return "The store does not say from which computer it is, as before it was bound. Nothing is "
+                   "restored or saved until you answer: plumb commission --accept takes it over, --renew "
+                   "begins a new one.";
+        case Fault::nameless:
+            return "This computer has no machine-id: run systemd-machine-id-setup. Nothing is restored or "
+                   "saved until you answer: plumb commission --accept takes the store over, --renew begins a "
+                   "new one.";
         default: return nullptr;
     }
 }

@@ -94,10 +94,10 @@ class Records:
 
 def findings(rig, records):
     """What has passed and what changed since: rows of "ok", "note" or "wrong", a sentence, and a command that fixes it."""
-    if not rig.is_required():
-        return [("note", _("Commissioning is off, as on a simulated machine: functions act at once."), "")]
-    places = records.all()
     rows = [("wrong", doubt, "plumb commission --accept") for doubt in rig.doubts()]
+    if not rig.is_required():
+        return [*rows, ("note", _("Commissioning is off, as on a simulated machine: functions act at once."), "")]
+    places = records.all()
     for place in [*rig.stages, *rig.functions]:
         its, name = places.get(place.key), "%s %s" % (_(place.kind), place.name)
         function = place if place.kind == "function" else rig.function_of(place)

@@ -17,7 +17,7 @@ ANSWER = 0.5  # s in which plumb-retain sees a pin
 SLOW = 0.1  # override of the feed in air
 MOST_SHOWN = 4
 ORDER = 4  # fault-code of interlock
-DOUBTS = (8, 9, 10)  # fault-code of plumb-retain: it waits for an answer
+DOUBTS = (8, 9, 10, 11)  # fault-code of plumb-retain: it waits for an answer
 JOINT_INPUTS = ("position", "homed", "motion-enabled", "permit", "trial", "joint-command", "drive-feedback")
 JOINT_OUTPUTS = ("drive-command", "joint-feedback", "state")
 AXIS_INPUTS = ("permit", "trial", "motion-type", "motion-enabled", "all-homed", "offset-request", "offset-in-force")
@@ -125,18 +125,23 @@ class Rig:
 
     def let_pass(self, place):
         self.set(self.lock, "%s-passed-%d" % (place.kind, place.number), self.identity(place))
-        self.answer("renew")
 
     def doubts(self):
         """A sentence for each store that plumb-retain does not restore without an answer."""
-        return [store.declared.sentence("fault-code", int(self.get(store, "fault-code"))) for store in self._doubted()]
+        return ["%s: %s" % (store.name, _(store.declared.sentence("fault-code", int(self.get(store, "fault-code"))))) for store in self._doubted()]
+
+    def must_be_answered(self):
+        """Raises NotReady while a store waits: what passes now would not be kept."""
+        if self.doubts():
+            raise NotReady(" ".join(self.doubts()))
 
     def answer(self, pin):
-        """To each such store: accept, or renew."""
+        """To each such store: accept, or renew. Returns whether none waits any more."""
         for store in self._doubted():
             self.set(store, pin, 0)
             self.sleep(ANSWER)
             self.set(store, pin, 1)
+        return self.await_condition(lambda: not self._doubted())
 
     def _doubted(self):
         return [store for store in self.machine.of("plumb-retain") if int(self.get(store, "fault-code")) in DOUBTS]

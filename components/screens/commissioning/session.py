@@ -22,6 +22,7 @@ class Session:
             rig.await_condition(lambda: rig.identity(function) != 0)
         if not rig.is_required():
             raise NotReady(" ".join(rig.unready()[:1]))
+        rig.must_be_answered()
         self.rig, self.function, self.records, self.who = rig, function, records, who
         self.tolerance = TOLERANCE * rig.unit if tolerance is None else tolerance
         if not 0 < self.tolerance <= steps.LARGER[-1] / SHOWN * rig.unit:

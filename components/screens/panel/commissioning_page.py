@@ -71,7 +71,8 @@ class Commissioning(Page):
             self._box.show_all()
             return
         if rig.doubts():
-            self._box.pack_start(flow(self._button(_("It is this machine: take over what passed"), self._accept)), False, False, 0)
+            self._box.pack_start(flow(self._button(_("It is this machine: take over what passed"), lambda: self._answer_stores("accept")),
+                                      button(_("It is another machine: begin anew"), self._ask_to_renew)), False, False, 0)
         if rig.is_required():
             self._box.pack_start(label(_("A function acts only after it has passed here. Each step says what to do, and the way back."), "soft"), False, False, 0)
             passed = [place for place in (*rig.functions, *rig.stages) if rig.is_commissioned(place)]
@@ -87,11 +88,16 @@ class Commissioning(Page):
             self._box.pack_start(verdict, False, False, 0)
         self._box.show_all()
 
-    def _accept(self):
+    def _ask_to_renew(self):
+        question = _("Begin anew? What passed, what was learned and the settings of the panel in the stores are gone.")
+        self.panel.guard.once_asked(lambda: (question, []), _("Begin anew"), lambda: self._answer_stores("renew"), "integrator", must_be_safe=False,
+                                    must_be_idle=True)
+
+    def _answer_stores(self, pin):
         rig = self._rig()
-        rig.answer("accept")
-        taken = rig.await_condition(lambda: not rig.doubts())
-        self.panel.say(_("What passed counts again on this computer.") if taken else " ".join(rig.doubts()), "good" if taken else "bad")
+        taken = rig.answer(pin)
+        said = _("What passed counts again on this computer.") if pin == "accept" else _("The stores begin anew.")
+        self.panel.say(said if taken else " ".join(rig.doubts()), "good" if taken else "bad")
         self._show_state()
 
     def _button(self, text, work):

@@ -29,7 +29,7 @@ PATIENCE = 30  # s of real time, for an event that takes a moment
 EVERY = 0.05  # s between two looks
 FRESH = 1.5  # it.in of a specimen
 
-FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM, COMPUTER, OLDER, UNNAMED = range(1, 11)
+FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM, COMPUTER, OLDER, UNNAMED, NAMELESS = range(1, 12)
 
 kills = 20 if os.environ.get("PLUMB_SANITIZE") else 60  # sanitized programs start slowly
 
@@ -950,7 +950,7 @@ class Bound(unittest.TestCase):
         self.write("machine-id", "")
         self.keep(7.5)
         for _ in range(2):
-            self.assertEqual(self.asked("accept"), [UNNAMED, FRESH, 7.5])
+            self.assertEqual(self.asked("accept"), [NAMELESS, FRESH, 7.5])
 
     def test_a_store_from_before_it_was_bound_waits_for_an_answer(self):
         self.write("plumb-retain.retained", checksummed('machine = "bench"\n\n[pins]\n"it.in" = 7.5\n\n[records]\n'))
