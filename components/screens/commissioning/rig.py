@@ -197,8 +197,9 @@ class Rig:
         return ""
 
     def places(self):
-        """Where the joints are measured."""
-        return [float(self.hal.get(pin)) for pin in self.machine.pins if re.fullmatch(r"joint\.\d+\.pos-fb", pin)]
+        """Where the joints are measured, by their numbers."""
+        joints = (re.fullmatch(r"joint\.(\d+)\.pos-fb", pin) for pin in self.machine.pins)
+        return {int(found[1]): float(self.hal.get(found[0])) for found in joints if found}
 
     def place_of_joint(self, letter):
         """Where LinuxCNC has the joint of an axis."""
@@ -226,7 +227,7 @@ class Rig:
         if missing:
             shown = ", ".join(missing[:MOST_SHOWN]) + (", ..." if len(missing) > MOST_SHOWN else "")
             return Verdict("net", _("A net is missing, or nothing writes it: {pins}.").format(pins=shown), _("Net it, as in the files of plumb wire."))
-        return self._of_another_row() or self._swapped(function)
+        return self._of_another_row() or self._commanded(function) or self._swapped(function)
 
     def _of_another_row(self):
         """A net between a row of interlock and another stage or function than the row's."""
@@ -247,12 +248,12 @@ class Rig:
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
         missing = [] if self._writer(self.machine.pins[self.lock.full("spindle-speed")]) else [self.lock.full("spindle-speed")]
         rotary = self.ini.get(function.module.upper(), "ROTARY", "")
-        for short, letter in self._nets_of(function):
+        for short, letter, _signal, is_read in self._lines_of(function):
             name = function.instance.full(short)
             pin = self.machine.pins.get(name)
             if pin is None or (letter and letter.upper() not in [*self.axes, *rotary]):
                 continue
-            if not pin.output and not self._writer(pin):
+            if not (self._readers(pin) or not is_read if pin.output else self._writer(pin)):
                 missing.append(name)
         for stage in self.stages_of(function):
             inputs, outputs = (JOINT_INPUTS, JOINT_OUTPUTS) if stage.module == "joint_offset" else (AXIS_INPUTS, AXIS_OUTPUTS)
@@ -272,9 +273,10 @@ class Rig:
 
     def _nets_of(self, function):
         """Short names of the pins that the HAL file of a function nets, with the letter of an axis that a machine may lack."""
-        return ((short, letter) for short, letter, _signal in self._signals_of(function))
+        return ((short, letter) for short, letter, _signal, _is_read in self._lines_of(function))
 
-    def _signals_of(self, function):
+    def _lines_of(self, function):
+        """The same with the signal, and whether LinuxCNC or interlock reads it."""
         path = os.path.join(self.folder, function.module, function.module + ".hal")
         if not os.path.exists(path):
             return
@@ -287,13 +289,20 @@ class Rig:
             if words[:1] != ["net"]:
                 continue
             found = re.match(r"([xyzuvwabc])-", words[1])
-            for word in words[2:]:
-                if word.startswith(name + "."):
-                    yield word[len(name) + 1:], found[1] if found else "", words[1]
+            own = [word[len(name) + 1:] for word in words[2:] if word.startswith(name + ".")]
+            is_read = "state" in own or any("." in word and not word.startswith(name + ".") for word in words[2:])
+            for short in own:
+                yield short, found[1] if found else "", words[1], is_read
 
-    def _is_measured(self, function, short):
-        """Whether the HAL file of the function nets a feedback to this pin."""
-        return any(name == short and signal.endswith("-fb") for name, _letter, signal in self._signals_of(function))
+    def _commanded(self, function):
+        """A commanded position where the HAL file of the function nets a measured one."""
+        for short, _letter, signal, _is_read in self._lines_of(function):
+            pin = function.instance.pins.get(short)
+            writer = self.machine.writer(pin.name) if pin and not pin.output and signal.endswith(("-fb", "-measured")) else ""
+            if writer.endswith("pos-cmd"):
+                return Verdict("net", _("{pin} has the commanded position, {writer}.").format(pin=pin.name, writer=writer),
+                               _("Net the measured position, joint.N.motor-pos-fb, to it."))
+        return None
 
     def _outputs_of(self, function):
         """Outputs of a function that a stage must take: short name, letter, pin."""
@@ -328,9 +337,6 @@ class Rig:
             found = re.fullmatch(r"([xyzuvw])-(position|velocity|velocity-cmd|motor-offset)(-\d)?", short)
             writer = self.machine.writer(pin.name) if found and not pin.output else ""
             its = self._letter_of_pin(writer)
-            if writer.endswith("pos-cmd") and self._is_measured(function, short):
-                return Verdict("net", _("{pin} has the commanded position, {writer}.").format(pin=pin.name, writer=writer),
-                               _("Net the measured position, joint.N.motor-pos-fb, to it."))
             if its and its != found[1].upper():
                 return Verdict("joint", _("{pin} has the signal of {its}: the joints are swapped.").format(pin=pin.name, its=its),
                                _("Net that of {letter} to it.").format(letter=found[1].upper()))
@@ -358,17 +364,22 @@ class Rig:
     def through_others(self, function):
         """Inputs that neither LinuxCNC nor Plumb writes, with the pin that does: its scale and its sign are somebody else's."""
         found = {}
-        for place, shorts in [(function, [short for short, _letter in self._nets_of(function)]),
+        for place, shorts in [(function, function.instance.inputs()),
                               *((stage, JOINT_INPUTS if stage.module == "joint_offset" else AXIS_INPUTS) for stage in self.stages_of(function))]:
             for short in shorts:
                 pin = self.machine.pins.get(place.instance.full(short))
                 writer = self.machine.writer(pin.name) if pin and not pin.output and short != "drive-feedback" else ""
-                if writer and not OF_LINUXCNC.match(writer) and self.machine.owner_of(writer)[0] is None:
+                if writer and not OF_LINUXCNC.match(writer) and self._is_of_the_machine(writer):
                     found[pin.name] = writer
             command = place.instance.full("drive-command")
+        return found
+
             if self.machine.writer(place.instance.full("drive-feedback")) == command and self.has(command):
                 found[place.instance.full("drive-feedback")] = command
-        return found
+    def _is_of_the_machine(self, writer):
+        """Whether a pin is a driver's, or that of a plant in its place."""
+        owner, _short = self.machine.owner_of(writer)
+        return owner is None or owner.declared.role == "plant"
 
     # --- trials ---
 
@@ -441,10 +452,9 @@ class Rig:
         self.end_press()
 
     def inputs(self, function):
-        """Values of the inputs that the HAL file of a function nets, by their names."""
-        names = {function.instance.full(short) for short, _letter in self._nets_of(function)}
-        values = self.hal.values()
-        return {name: values[name] for name in names if name in values and not self.machine.pins[name].output}
+        """Values of the inputs of a function that have a signal, by their names."""
+        values, names = self.hal.values(), map(function.instance.full, function.instance.inputs())
+        return {name: values[name] for name in names if name in values}
 
     # --- for the records ---
 

@@ -122,7 +122,7 @@ class Commissioning(unittest.TestCase):
         self.assertEqual(self.host.get("square.ec0y"), 0.0002, "one answer counts for all stores")
 
     def test_a_stage_moves_while_the_finger_presses_and_passes_by_its_readings(self):
-        self.retain(interlock_stage_passed_0=7, interlock_stage_passed_1=9)  # which the pass of today replaces
+        self.retain(interlock_stage_passed_0=7, interlock_stage_passed_1=9)
         finger = self.panel()
         finger.press("Commissioning")
         finger.await_text("stage x-stage has not passed, and is held.")
@@ -208,9 +208,10 @@ class Commissioning(unittest.TestCase):
             self.host.command(line)
         self.wiring_is_refused("interlock.stage-permit-0 is netted to y-stage.permit, which has the row 1.")
 
-    def test_a_stage_whose_offset_interlock_does_not_see_is_named(self):
-        self.host.command("unlinkp interlock.stage-state-1")
-        self.wiring_is_refused("A net is missing, or nothing writes it: y-stage.state.")
+    def test_a_function_and_a_stage_that_interlock_does_not_hear_are_named(self):
+        for pin in ("interlock.function-state-0", "interlock.stage-state-1"):
+            self.host.command("unlinkp " + pin)
+        self.wiring_is_refused("A net is missing, or nothing writes it: square.state, y-stage.state.")
 
     def wiring_is_refused(self, words):
         finger = self.panel()

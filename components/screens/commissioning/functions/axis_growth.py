@@ -56,5 +56,6 @@ class Warm(Step):
                            _("Find the sensor that has this number."))
         if not verdict.passed:
             return verdict
+        self.session.has_tried(instance.full("temperature-%d" % self.sensor))
         grown = ", ".join("%s %s" % (axis.upper(), number(float(rig.get(instance, axis + "-growth")), 3)) for axis in "xyz")
         return verdict._replace(sentence=verdict.sentence + " " + _("Growth by the law: {grown}.").format(grown=grown))
