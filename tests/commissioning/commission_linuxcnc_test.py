@@ -40,6 +40,8 @@ class Commission(unittest.TestCase):
         self.assertEqual(its["fault"], "")
         for title in ("x-stage moves X by +0.010 mm", "Y without the correction, X", "Y without the correction, Z", "In air at 10 % feed", "Emergency stop", "Bypass and undo"):
             self.assertIn(title, its["titles"])
+        self.assertEqual(its["with_one_axis"], "Y, Z did not move by 5 mm while you pressed.")
+        self.assertEqual(its["unpressed"], 0, "only a hand that presses beats")
 
     def test_each_fault_is_named_and_none_passes(self):
         for fault, named in (("sign", "Reverse the sign of ec0y."), ("second-sign", "Reverse the sign of ea0y."), ("drive-sign", "Reverse the sign: of the scale of the drive"),
@@ -106,13 +108,28 @@ class Commission(unittest.TestCase):
 
 @unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
 class CommissionStrokes(unittest.TestCase):
-    def test_a_grinder_that_is_wired_right_passes(self):
+    def test_a_grinder_that_is_wired_right_passes_and_a_command_is_no_feedback(self):
         ini = prepared(own_folder(self), "chopping")
-        its, _output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "chopping", "right")
+        its, _output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "chopping", "command", "right")
+        self.assertEqual(its["facts"]["table"]["command"]["sentence"], "chop.joint-feedback has the commanded position, joint.2.motor-pos-cmd.")
         its = its["facts"]["table"]["right"]
         self.assertTrue(its["passed"], its)
         self.assertEqual(its["titles"][3:7], ["One slow stroke in air", "Hold", "Back to point R", "Emergency stop"])
         self.assertLess(its["crept"], 0.001, "where somebody let go the axis stands")
+        self.assertEqual(its["unpressed"], 0, "only a hand that presses beats")
+
+
+@unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
+class CommissionGrowth(unittest.TestCase):
+    def test_a_slow_return_is_no_fault_and_the_sheet_has_the_sensors(self):
+        ini = prepared(own_folder(self), "axis_growth")
+        its, _output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "axis_growth", "right")
+        its = its["facts"]["table"]["right"]
+        self.assertTrue(its["passed"], its)
+        self.assertTrue(any(sentence.startswith("An offset still returns") for sentence in its["sentences"]), its["sentences"])
+        untried = its["sheet"].split("\nNot tried\n")[1]
+        self.assertIn("axis-growth.temperature-age-0: scale and sign of artifact.temperature-age-0", untried)
+        self.assertNotIn("axis-growth.temperature-0: ", untried)
 
 
 @unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
@@ -129,9 +146,10 @@ class CommissionAttacks(unittest.TestCase):
 FAULTS = {
     "squareness": ("right", "sign", "second-sign", "position", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "thermal_displacement": ("right", "sign", "drive-sign", "command", "driven", "part", "drive-25", "swapped", "drive-swapped", "net", "order"),
-    "chopping": ("right", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
+    "chopping": ("right", "command", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
-    "thermal_growth_test": ("right", "sign", "inch", "25", "swapped", "net", "order"),
+    "axis_growth": ("right", "sign", "swapped", "net", "unread", "order"),
+    "thermal_growth_test": ("right", "sign", "inch", "25", "command", "swapped", "net", "order"),
 }
 
 

@@ -28,6 +28,7 @@ class Machine(Scenario):
     letters = "XYZ"
     plant = {}
     net = ""  # a pin whose net is missing
+    measured = ""  # a pin of a measured place of Z
     turning = None  # a setting, and a value of the other sign
 
     def work(self):
@@ -165,6 +166,12 @@ class Machine(Scenario):
             if words[4] == pin:
                 return words[6]
         raise RuntimeError("%s has no signal" % pin)
+
+    def put_command(self):
+        """The function gets the commanded position, not the measured one."""
+        signal = self.signal_of(self.measured)
+        self.do("unlinkp %s; net %s %s" % (self.measured, self.signal_of("joint.2.motor-pos-cmd"), self.measured))
+        return ["unlinkp %s; net %s %s" % (self.measured, signal, self.measured)]
 
     def put_order(self):
         self.do("delf %s.update servo-thread; addf %s.update servo-thread 1" % (self.instance, self.instance))
@@ -313,13 +320,7 @@ class Column(Machine):
 class Mill(Machine):
     function, instance, letters = "thermal_displacement", "growth", "ZXY"
     plant = {"X": "portal.x-position", "Y": "portal.y-position", "Z": "portal.z-position"}
-    net = "growth.load"
-
-    def put_command(self):
-        """The function gets the commanded position, not the measured one."""
-        signal = self.signal_of("growth.z-position")
-        self.do("unlinkp growth.z-position; net %s growth.z-position" % self.signal_of("joint.2.motor-pos-cmd"))
-        return ["unlinkp growth.z-position; net %s growth.z-position" % signal]
+    net, measured = "growth.load", "growth.z-position"
 
     def put_driven(self):
         """A signal holds a setting that a step needs."""
@@ -353,7 +354,7 @@ class Mill(Machine):
 class Grinder(Machine):
     function, instance, letters = "chopping", "chop", "ZXY"
     plant = {"X": "x-drive.out", "Y": "y-drive.out", "Z": "grinder.truth-position"}
-    net = "chop.position"
+    net, measured = "chop.position", "chop.joint-feedback"
 
     def put_swapped(self):
         self.do("unlinkp z-stage.joint-command; net x-motor-cmd z-stage.joint-command")
@@ -398,7 +399,7 @@ class Lathe(Machine):
 
 class Growth(Machine):
     function, instance = "thermal_growth_test", "growth-test"
-    net = "growth-test.probe"
+    net, measured = "growth-test.probe", "growth-test.z-position"
 
     def measure(self, shim):
         self.host.set("artifact.use-replay", 1)
@@ -427,7 +428,49 @@ class Growth(Machine):
                 "net y-measured growth-test.y-position"]
 
 
-MACHINES = {its.function: its for its in (Column, Mill, Grinder, Lathe, Growth)}
+class Grows:
+    """axis_growth acts by two temperatures, each of which a hand can warm."""
+
+    def temperature(self, number, gain):
+        self.host.set("fault-axis-growth-temperature-%d.in1" % number, gain)
+
+    def warm(self, number):
+        """By a fifth. Returns what a thermometer shows."""
+        pin = "fault-axis-growth-temperature-%d." % number
+        self.temperature(number, 1.2)
+        self.machine.wait(1)
+        return 1.2 * self.host.get(pin + "in0")
+
+
+class Axes(Grows, Machine):
+    function, instance = "axis_growth", "axis-growth"
+    plant = {letter.upper(): "artifact.%s-position" % letter for letter in "xyz"}
+    net = "axis-growth.temperature-1"
+
+    def with_fault(self, fault):
+        for number in range(2):
+            self.temperature(number, 1)
+        return super().with_fault(fault)
+
+    def put_sign(self):
+        signal = self.signal_of("axis-growth.temperature-0")
+        self.do("unlinkp axis-growth.temperature-0; setp spare.in1 -1; net %s spare.in0; net turned spare.out axis-growth.temperature-0; addf spare servo-thread" % signal)
+        return ["delf spare servo-thread; unlinkp axis-growth.temperature-0; unlinkp spare.in0; unlinkp spare.out; net %s axis-growth.temperature-0" % signal]
+
+    def put_swapped(self):
+        """The sensors have each other's number."""
+        pins = ["fault-axis-growth-temperature-%d.out" % number for number in range(2)]
+        lines = ["unlinkp " + pin for pin in pins]
+        signals = [self.signal_of(pin) for pin in pins]
+        self.do("; ".join([*lines, "net %s %s" % (signals[1], pins[0]), "net %s %s" % (signals[0], pins[1])]))
+        return [*lines, *("net %s %s" % pair for pair in zip(signals, pins))]
+
+    def put_unread(self):
+        self.do("unlinkp axis-growth.z-offset")
+        return ["net z-growth-offset axis-growth.z-offset"]
+
+
+MACHINES = {its.function: its for its in (Column, Mill, Grinder, Lathe, Growth, Axes)}
 
 if __name__ == "__main__":
     sys.exit(run(MACHINES[sys.argv[1]]))

@@ -11,9 +11,9 @@ class Prepared:
     """A configuration: its stages in the order of their numbers, its drives (letter, command, feedback), and inputs that a fault scales, with
     their signals."""
 
-    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,), strokes=False):
+    def __init__(self, configuration, ini, stages=(), drives=(), inputs=(), programs=(), switches=(0,), strokes=False, grows=(), more=()):
         self.configuration, self.ini, self.stages, self.drives, self.inputs = configuration, ini, stages, drives, inputs
-        self.programs, self.switches, self.strokes = programs, switches, strokes
+        self.programs, self.switches, self.strokes, self.grows, self.more = programs, switches, strokes, grows, more
 
 
 def portal_drives():
@@ -31,6 +31,16 @@ CHOPPING = (
 STROKES = ["SUBROUTINE_PATH = .:functions/thermal_displacement:functions/chopping", "REMAP = G81.1 modalgroup=1 argspec=ZQrpijkdefxyabcuvwhl ngc=g811",
            "REMAP = G80.1 modalgroup=1 argspec=kp ngc=g801", "PARAMETER_FILE = /dev/shm/linuxcnc.var"]
 
+# Two temperatures, 4 K warmer than at its reference.
+GROWS = (
+    *("setp axis-growth.%s %s" % pair for pair in (("x-growth-0", 0.003), ("y-growth-1", 0.004), ("z-growth-0", -0.002), ("x-sigma", 0.001), ("y-sigma", 0.001),
+                                                   ("z-sigma", 0.001), ("reference-0", 16), ("reference-1", 16), ("smoothing", 1))),
+)
+ALONE = "unlinkp interlock.function-suspend-0"  # it acts without a growth test, too
+WARM = [("axis-growth.temperature-%d" % number, "growth-temperature-%d" % number) for number in range(2)]
+WARM_BY_HAND = [line % number for number in range(2) for line in ("sets growth-temperature-%d 20", "sets growth-temperature-valid-%d true")]
+JOINTS = ("x-stage", "y-stage", "z-stage")
+
 MACHINES = {
     "squareness": Prepared("portal", "column.ini", ("x-stage", "y-stage", "z-stage"), portal_drives(),
                            [("square.z-tool-offset", "z-tool-offset")]),
@@ -42,6 +52,12 @@ MACHINES = {
                               programs=("commission_height.ngc",)),
     "shop": Prepared("mill", "mill.ini", ("x-stage", "y-stage", "z-stage", "z-axis-stage"), portal_drives(), [("growth.load", "spindle-load")],
                      switches=(0, 1), strokes=True),
+    # A lathe whose axes are compensated, as plumb wire makes it of the two functions.
+    "turning": Prepared("lathe", "lathe.ini", JOINTS, inputs=[("centre.diameter", "gauge-diameter"), ("centre.y-position-0", "y-position"), *WARM],
+                        programs=("commission_height.ngc",), switches=(0, 1), grows=[*GROWS, *WARM_BY_HAND], more=("axis_growth",)),
+    "warm": Prepared("growth", "identified.ini", JOINTS, inputs=[("growth-test.x-position", "x-measured"), *WARM], programs=("commission_bore.ngc",),
+                     switches=(0, 1), grows=[*GROWS, "setp axis-growth.max-rate 0.004", ALONE]),
+    "axis_growth": Prepared("growth", "identified.ini", JOINTS, inputs=WARM, switches=(0, 1), grows=[*GROWS, ALONE]),
     "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
 }
 
@@ -63,7 +79,7 @@ def prepared(folder, function):
     lines += ["addf fault-echo servo-thread", "setp interlock.commissioning true", "setp interlock.trial-limit 0.25"]
     lines.append("net trial interlock.trial " + " ".join(stage + ".trial" for stage in its.stages))
     lines += ["setp interlock.function-switch-%d false" % number for number in its.switches]
-    lines += CHOPPING if its.strokes else ()
+    lines += [*(CHOPPING if its.strokes else ()), *its.grows]
     with open(os.path.join(machine, "commissioning.hal"), "w") as file:
         file.write("\n".join(lines) + "\n")
     for program in its.programs:
@@ -76,4 +92,23 @@ def prepared(folder, function):
         with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:
             file.write(order.read().replace("  square.update\n", "  square.update\n  chop.update\n"))
         files = ["functions/chopping/chopping.hal", "commissioning.hal", "shop_order.tcl"]
-    return linuxcnc_runs.own_ini(os.path.join(machine, its.ini), HAL=linuxcnc_runs.at_the_end(*("HALFILE = " + name for name in files)), **own)
+    added = with_more(machine, its) if its.more else {}
+
+    def hal(lines):
+        return ["HALFILE = scene.hal", *(new for line in lines for new in added.get(line, [line])), *("HALFILE = " + name for name in files)]
+
+    return linuxcnc_runs.own_ini(os.path.join(machine, its.ini), HAL=hal, **own)
+
+
+def with_more(machine, its):
+    """Writes the stages of a configuration with further functions, as plumb wire does. Returns the lines of [HAL] that take the place of a line."""
+    import wire_configs
+
+    functions = [name for path, _beginning, names, _kept in wire_configs.CONFIGURATIONS if path == "%s/%s" % (its.configuration, its.ini) for name in names]
+    for path, text in wire_configs.files("%s/%s" % (its.configuration, its.ini), "", (*functions, *its.more), None).items():
+        with open(os.path.join(machine, os.path.basename(path)), "w") as file:
+            file.write(text)
+    for name in its.more:
+        shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", name), os.path.join(machine, "functions", name))
+    stages = "HALFILE = stages.hal"
+    return {stages: [stages, *("HALFILE = functions/%s/%s.hal" % (name, name) for name in its.more)]}

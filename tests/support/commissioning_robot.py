@@ -11,7 +11,7 @@ BUILD = os.environ["PLUMB_BUILD"] if "PLUMB_BUILD" in os.environ else os.environ
 SHARE = os.path.join(BUILD, "share", "plumb")
 sys.path.insert(0, SHARE)
 from commissioning import steps  # noqa: E402
-from commissioning.functions import centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
+from commissioning.functions import axis_growth, centre_height, chopping, squareness, thermal_displacement, thermal_growth_test  # noqa: E402
 from commissioning.records import Records, findings  # noqa: E402
 from commissioning.rig import Rig  # noqa: E402
 from commissioning.session import Session  # noqa: E402
@@ -23,6 +23,16 @@ LET_GO = "Let go."
 SHIM = 0.1  # mm
 
 
+class Pressed(Rig):
+    """Counts its beats."""
+
+    beats = 0
+
+    def beat(self):
+        self.beats += 1
+        super().beat()
+
+
 class Robot:
     """`plant` is the pin of the true place of each axis, by its letter; `scenario` has machine, host and facts."""
 
@@ -32,12 +42,12 @@ class Robot:
         self.hal = Hal()
         self.records = Records(os.path.join(os.getcwd(), "plumb"), "simulated")
         self.known = declared.read_all(SHARE)[0]
-        self.presses, self.crept = 0, 0.0
+        self.presses, self.crept, self.with_one_axis, self.unpressed = 0, 0.0, "", 0
 
     def rig(self):
         status = self.machine.poll()
         ini = hal_files.Ini(status.ini_filename)
-        return Rig(self.hal, self.known, ini, os.path.join(SHARE, "functions"), self.mdi, sleep=self.machine.wait, clock=lambda: self.host.time)
+        return Pressed(self.hal, self.known, ini, os.path.join(SHARE, "functions"), self.mdi, sleep=self.machine.wait, clock=lambda: self.host.time)
 
     def mdi(self, line, stays=False):
         self.machine.mdi(line, wait=not line.startswith("G81.1"))
@@ -60,7 +70,7 @@ class Robot:
                 title = session.step.title
                 verdict = self.work(session)
                 step = session.step
-                if session.done or (not verdict.passed and step.title == title):
+                if session.done or (not verdict.passed and verdict.fault != "returns" and step.title == title):
                     break
         finally:
             session.close()
@@ -71,7 +81,7 @@ class Robot:
                 sheet = file.read()
         effort = {"presses": self.presses, "readings": sum(len(entry["read"]) for entry in session.log), "steps": len(session.log),
                   "seconds": self.host.time - began}
-        return {"effort": effort, "crept": self.crept, "sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
+        return {"effort": effort, "crept": self.crept, "with_one_axis": self.with_one_axis, "unpressed": self.unpressed, "sheet": sheet, "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy, "step": title, "passed": session.done,
                 "acts": bool(rig.get(rig.lock, "function-enable-%d" % function.number)), "commissioned": rig.is_commissioned(function),
                 "titles": [entry["title"] for entry in session.log], "sentences": [entry["sentence"] for entry in session.log]}
 
@@ -89,7 +99,9 @@ class Robot:
     def press(self, step, look, turns=20, wait=0.1):
         """Presses, looks at each beat, and lets go. Returns {}."""
         self.presses += 1
+        beats = step.rig.beats
         refused = step.begin_press()
+        self.unpressed = max(self.unpressed, step.rig.beats - beats - 1)
         if refused is not None:
             step.end_press()
             if isinstance(step, steps.StageMoves):  # whose finish() names it
@@ -184,11 +196,14 @@ def _in_air(robot, session, step):
     robot.machine.command.rapidrate(0.1)
     robot.machine.wait(0.5)
 
-    def move(turn):
-        if turn == 3:
-            robot.machine.mdi("G91 G0 X%g" % (8 * session.rig.unit), wait=False)
+    for axes in ("X", "XYZ"):
 
-    robot.press(step, move, 80)
+        def move(turn, axes=axes):
+            if turn == 3:
+                robot.machine.mdi("G91 G0 " + " ".join("%s%g" % (axis, -8 * session.rig.unit) for axis in axes), wait=False)
+
+        robot.press(step, move, 40)
+        robot.with_one_axis = robot.with_one_axis or step.finish({}).sentence
     robot.machine.mdi("G90")
     robot.machine.command.feedrate(1)
     robot.machine.command.rapidrate(1)
@@ -197,7 +212,7 @@ def _in_air(robot, session, step):
 
 
 def _off_and_on(robot, session, step):
-    return robot.press(step, lambda _turn: None, 300)
+    return robot.press(step, lambda _turn: None, 600)
 
 
 def _load(robot, session, step):
@@ -269,6 +284,10 @@ def _at_r(robot, session, step):
     return {"read": robot.place("Z") - robot.stroke_zero}
 
 
+def _warm(robot, session, step):
+    return {"shown": robot.scenario.warm(step.sensor)}
+
+
 def _first(robot, session, step):
     robot.scenario.measure(0.0)
     return {}
@@ -283,5 +302,5 @@ ACTS = {
     steps.OtherJoint: _other, steps.StageMoves: _stage, squareness.Begin: _one_end, squareness.End: _other_end, squareness.WithoutIt: _without,
     squareness.WithItHere: _with_it, steps.InAir: _in_air, steps.OffAndOn: _off_and_on, chopping.Hold: _hold_the_stroke, thermal_displacement.Load: _load, thermal_displacement.Place: _place_of_z, thermal_displacement.Touch: _touch,
     thermal_displacement.VerifyStep: _rise, chopping.Stroke: _stroke, chopping.Stop: _stop, chopping.AgainAtRest: _on, steps.EmergencyStop: _stop,
-    chopping.Return: _at_r, thermal_growth_test.Here: _here, thermal_growth_test.There: _there, steps.OnAgain: _on, centre_height.First: _first, centre_height.WithShim: _shim, thermal_growth_test.First: _first, thermal_growth_test.Moved: _shim,
+    chopping.Return: _at_r, thermal_growth_test.Here: _here, thermal_growth_test.There: _there, steps.OnAgain: _on, axis_growth.Warm: _warm, centre_height.First: _first, centre_height.WithShim: _shim, thermal_growth_test.First: _first, thermal_growth_test.Moved: _shim,
 }

@@ -48,7 +48,7 @@ class Rig:
         self.hal, self.declared, self.ini, self.mdi = hal, declared, ini, mdi
         self.sleep, self.clock = sleep, clock
         self.folder = functions_folder
-        self._tries = self._beat = False
+        self._beat = False
         self.look()
 
     def look(self):
@@ -206,13 +206,11 @@ class Rig:
         return float(self.hal.get("joint.%d.pos-fb" % self.ini.get("TRAJ", "COORDINATES", "XYZ").upper().replace(" ", "").find(letter)))
 
     def await_condition(self, condition, seconds=RETURN):
-        """Whether it came in time. A trial goes on meanwhile."""
+        """Whether it came in time. A trial has no beat meanwhile: only who presses beats."""
         ends = self.clock() + seconds
         while not condition():
             if self.clock() > ends:
                 return False
-            if self._tries:
-                self.beat()
             self.sleep(LOOK)
         return True
 
@@ -372,10 +370,10 @@ class Rig:
                 if writer and not OF_LINUXCNC.match(writer) and self._is_of_the_machine(writer):
                     found[pin.name] = writer
             command = place.instance.full("drive-command")
-        return found
-
             if self.machine.writer(place.instance.full("drive-feedback")) == command and self.has(command):
                 found[place.instance.full("drive-feedback")] = command
+        return found
+
     def _is_of_the_machine(self, writer):
         """Whether a pin is a driver's, or that of a plant in its place."""
         owner, _short = self.machine.owner_of(writer)
@@ -410,7 +408,6 @@ class Rig:
 
     def _try(self, short, place):
         self.set(self.lock, short, place.number)
-        self._tries = True
         self.beat()
 
     def beat(self):
@@ -419,7 +416,6 @@ class Rig:
 
     def end_press(self):
         """Ends both kinds of trial at once."""
-        self._tries = False
         self.set(self.lock, "trial-stage", -1)
         self.set(self.lock, "trial-function", -1)
         self.set(self.lock, "trial-offset", 0)
@@ -428,9 +424,12 @@ class Rig:
     def applied(self, stage):
         return float(self.get(stage.instance, "applied-offset"))
 
+    def joints_of(self, function):
+        """Its stages at the joints; the offset of an axis returns with the next cycle."""
+        return [stage for stage in self.stages_of(function) if stage.module == "joint_offset"]
+
     def back_at_0(self, function, within):
-        """Whether the stages at the joints have no offset; the offset of an axis returns with the next cycle."""
-        return all(abs(self.applied(stage)) < within for stage in self.stages_of(function) if stage.module == "joint_offset")
+        return all(abs(self.applied(stage)) < within for stage in self.joints_of(function))
 
     def has_switch(self, function):
         """Whether the operator has a switch of his own, with a signal."""

@@ -85,10 +85,8 @@ class Wiring(Step):
         if not self.rig.await_condition(lambda: not self.rig.is_on(self.function), 1):
             return Verdict("state", _("The function is switched on."), _("Turn its switch off."))
         self.rig.end_cycle()
-        stages = self.rig.stages_of(self.function)
-        if not self.rig.await_condition(lambda: all(abs(self.rig.applied(stage)) < 1e-6 for stage in stages)):
-            return Verdict("state", _("A stage still applies an offset, with the function off."), _("Switch off all functions, and take their offsets back."))
-        return good(_("The nets and the order are right, and the stages are at 0."))
+        stays = Verdict("state", _("A stage still applies an offset, with the function off."), _("Switch off all functions, and take their offsets back."))
+        return unreturned(self.rig, self.rig.stages_of(self.function), 1e-6, stays) or good(_("The nets and the order are right, and the stages are at 0."))
 
 
 class AtRest(Step):
@@ -101,6 +99,20 @@ class AtRest(Step):
 
     def finish(self, values):
         return unready(self.rig) or good(_("The machine is on, homed and at rest."))
+
+
+def unreturned(rig, stages, within, stays):
+    """None where the offsets of stages come to 0; `stays`, or that they still return: a function may be slow."""
+
+    def largest():
+        return max((abs(rig.applied(stage)) for stage in stages), default=0.0)
+
+    before = largest()
+    if rig.await_condition(lambda: largest() < within):
+        return None
+    if not largest() < before:
+        return stays
+    return Verdict("returns", _("An offset still returns: {left} is left.").format(left=number(largest(), 4)), _("Wait until it is 0, and go on."))
 
 
 def unready(rig, measures=False):
@@ -229,7 +241,6 @@ class OnTrial(Step):
         self.fault, self.acted, self.hint = None, False, ""
         self.rig.begin_trial(self.function, self.measures)
         self.rig.switch(self.function, True)
-        self.rig.await_condition(self._acts, 1)
         return None
 
     def beat(self):
@@ -262,7 +273,7 @@ class OnTrial(Step):
 
     def applied(self):
         """By the stages at the joints."""
-        return {stage.name: self.rig.applied(stage) for stage in self.rig.stages_of(self.function) if stage.module == "joint_offset"}
+        return {stage.name: self.rig.applied(stage) for stage in self.rig.joints_of(self.function)}
 
 
 class InAir(OnTrial):
@@ -287,7 +298,7 @@ class InAir(OnTrial):
         super().watch()
         self.fast = self.fast or self.rig.too_fast()
         places = self.rig.places()
-        self.least, self.most = list(map(min, self.least, places)), list(map(max, self.most, places))
+        self.least, self.most = ({joint: choice(its[joint], place) for joint, place in places.items()} for choice, its in ((min, self.least), (max, self.most)))
 
     def _slower(self):
         return Verdict("state", self.fast, _("Set it to 10 % or less, and repeat the step."))
@@ -297,8 +308,11 @@ class InAir(OnTrial):
             return self.acting()
         if self.fast:
             return self._slower()
-        if max(most - least for least, most in zip(self.least, self.most)) < TRAVEL * self.unit:
-            return Verdict("state", _("No axis moved by {travel} mm while you pressed.").format(travel=number(TRAVEL)), _("Move the axes while you press."))
+        moved = {joint for joint, most in self.most.items() if most - self.least[joint] >= TRAVEL * self.unit}
+        stand = [self.rig.letter_of(stage) for stage in self.rig.joints_of(self.function) if self.rig.joint_of(stage) not in moved]
+        if stand or not moved:
+            return Verdict("state", _("{axes} did not move by {travel} mm while you pressed.").format(axes=", ".join(stand) or ", ".join(self.rig.axes), travel=number(TRAVEL)),
+                           _("Move the axes while you press."))
         return good(_("It acts, without a fault."))
 
 
@@ -387,6 +401,10 @@ class EmergencyStop(OnTrial):
         return good(_("It stopped, and the offsets held."))
 
 
+def stayed():
+    return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
+
+
 class OnAgain(AtRest):
     def __init__(self, session):
         super().__init__(session)
@@ -397,9 +415,7 @@ class OnAgain(AtRest):
 
     def finish(self, values):
         verdict = super().finish(values)
-        if verdict.passed and not self.rig.await_condition(lambda: self.rig.back_at_0(self.function, self.session.tolerance / 10)):
-            return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
-        return verdict
+        return verdict.passed and unreturned(self.rig, self.rig.joints_of(self.function), self.session.tolerance / 10, stayed()) or verdict
 
 
 class Off(Step):
@@ -420,10 +436,10 @@ class Off(Step):
         rig.end_press()
         if not rig.await_condition(lambda: not rig.get(rig.lock, "function-enable-%d" % function.number), 3):
             return Verdict("stayed", _("interlock does not switch the function off."), _("Run plumb doctor --running."))
-        if not rig.await_condition(lambda: rig.back_at_0(function, self.session.tolerance / 10)):
-            return Verdict("stayed", _("An offset stays without the function."), _("Look at the faults of the stages."))
-        rig.switch(function, False)
-        return None
+        left = unreturned(rig, rig.joints_of(function), self.session.tolerance / 10, stayed())
+        if left is None:
+            rig.switch(function, False)
+        return left
 
 
 class Undo(OnTrial, Off):

@@ -2,7 +2,7 @@
 """chopping: one slow stroke in air, its dead points against the indicator, hold, the way back to point R, and emergency stop."""
 
 from commissioning.judging import Verdict, good, judge
-from commissioning.steps import Field, OnAgain, OnTrial, Step
+from commissioning.steps import Field, OnAgain, OnTrial, Step, unready
 from panel.texts import _, number
 
 MOVES_NOTHING = True  # the steps here take the place of those in air
@@ -10,7 +10,6 @@ STROKE = 1.0  # mm
 SPEED = 30.0  # mm a minute
 MARGIN = 10.0  # mm, from each limit
 HELD = 2.0  # s, for which the axis must stand
-WAY = 10.0  # s to point R
 
 
 def steps(session):
@@ -24,11 +23,11 @@ class Strokes(OnTrial):
         super().__init__(session)
         self.back = _("Letting go stops the axis at once, and so does the emergency stop. The next press takes it to point R.")
         self.picture = ("stroke", "Z")
-        self.stroked = False
+        self.begun = self.stroked = False
 
     def begin_press(self):
         rig, instance = self.rig, self.function.instance
-        self.stroked = False
+        self.begun = self.stroked = False
         place, lowest, highest = (float(rig.get(instance, short)) for short in ("position", "min-limit", "max-limit"))
         if place - STROKE * self.unit - lowest < MARGIN * self.unit or highest - place < MARGIN * self.unit:
             return Verdict("state", _("The axis is nearer than {margin} mm to a soft limit.").format(margin=number(MARGIN)), _("Move it to the middle of its travel."))
@@ -36,16 +35,17 @@ class Strokes(OnTrial):
         if unlent is not None:
             return unlent
         rig.await_condition(lambda: not rig.get(rig.lock, "program-running"))  # G81.1 of the last press
+        refused = unready(rig)
+        if refused is not None:
+            return refused
         rig.mdi("G21")  # the words of G81.1 are in the unit of the program
-        refused = super().begin_press()
-        if refused is None and not rig.await_condition(lambda: rig.back_at_0(self.function, self.session.tolerance), WAY):
-            return Verdict("state", _("The axis does not return to point R."), _("Press longer, and look at the faults of the stage."))
-        if refused is None and self._acts():
-            rig.mdi("G81.1 Z[#5422] Q%g R0 P%g" % (-STROKE, SPEED), stays=True)
-        return refused
+        return super().begin_press()
 
     def watch(self):
         super().watch()
+        if not self.begun and self._acts() and self.rig.back_at_0(self.function, self.session.tolerance):
+            self.begun = True
+            self.rig.mdi("G81.1 Z[#5422] Q%g R0 P%g" % (-STROKE, SPEED), stays=True)
         self.stroked = self.stroked or bool(self.rig.get(self.function.instance, "stroking"))
 
     def end_press(self):
@@ -55,6 +55,8 @@ class Strokes(OnTrial):
     def acting(self):
         if super().acting() is not None or self.stroked:
             return super().acting()
+        if not self.begun:
+            return Verdict("state", _("The axis does not return to point R."), _("Press longer, and look at the faults of the stage."))
         why = _(self.function.instance.sentence(self.rig.hal.values(), "fault-code")) or _("no fault.")
         return Verdict("state", _("The axis does not stroke: {why}").format(why=why), _("Repeat the step."))
 

@@ -130,13 +130,14 @@ class VerifyStep(OnTrial):
             unlent = self.session.lend(instance, short, value)
             if unlent is not None:
                 return unlent
-        refused = super().begin_press()
-        if refused is None:
-            rig.mdi("M64 P0")  # verify-step begins with a cycle
-        return refused
+        self.begun = False
+        return super().begin_press()
 
     def watch(self):
         super().watch()
+        if not self.begun and self.acted:
+            self.begun = True
+            self.rig.mdi("M64 P0")  # verify-step begins with a cycle
         for stage in self.rig.stages_of(self.function):
             self.most = max(self.most, abs(self.rig.applied(stage)))
 
