@@ -78,7 +78,7 @@ class Commission(unittest.TestCase):
         self.assertTrue(any("ec0y was" in sentence for sentence in changed), changed)
 
     def test_program_lets_pass_by_hand_and_takes_back(self):
-        for name, status, words in (("by_hand", 0, "commissioned_squareness.html"), ("doctor", 0, "function square: set by hand by K. Braun"),
+        for name, status, words in (("by_hand_on", 1, "square is switched on, and would act at once: switch it off"), ("by_hand", 0, "commissioned_squareness.html"), ("doctor", 0, "function square: set by hand by K. Braun"),
                                     ("undo", 0, "held again"), ("doctor_undone", 1, "function square has not passed, and is held.")):
             text, ended = self.facts[name]
             self.assertEqual(ended, status, text)
@@ -149,7 +149,7 @@ FAULTS = {
     "chopping": ("right", "command", "drive-sign", "drive-inch", "drive-25", "swapped", "drive-swapped", "net", "drive-dead", "order"),
     "centre_height": ("right", "sign", "inch", "radius", "swapped", "net", "order"),
     "axis_growth": ("right", "sign", "swapped", "net", "unread", "order"),
-    "thermal_growth_test": ("right", "sign", "inch", "25", "command", "swapped", "net", "order"),
+    "thermal_growth_test": ("right", "sign", "inch", "25", "command", "swapped", "net", "sensor", "order"),
 }
 
 

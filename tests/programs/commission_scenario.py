@@ -226,6 +226,9 @@ class Column(Machine):
         self.rest_unhomed()
         self.patiently(self.machine.turn_on)
         self.patiently(self.machine.home)
+        self.host.set("interlock.function-switch-0", 1)
+        self.facts["by_hand_on"] = self.plumb("commission", "squareness", "--by-hand", "--who", "K. Braun")
+        self.host.set("interlock.function-switch-0", 0)
         self.facts["by_hand"] = self.plumb("commission", "squareness", "--by-hand", "--who", "K. Braun")
         self.machine.wait(1)
         self.facts["doctor"] = self.plumb("doctor", "--machine")
@@ -400,6 +403,12 @@ class Lathe(Machine):
 class Growth(Machine):
     function, instance = "thermal_growth_test", "growth-test"
     net, measured = "growth-test.probe", "growth-test.z-position"
+
+    def put_sensor(self):
+        """The HAL file of the function leaves its sensors to the user."""
+        signal = self.signal_of("growth-test.temperature-2")
+        self.do("unlinkp growth-test.temperature-2")
+        return ["net %s growth-test.temperature-2" % signal]
 
     def measure(self, shim):
         self.host.set("artifact.use-replay", 1)

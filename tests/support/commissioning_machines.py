@@ -37,6 +37,7 @@ GROWS = (
                                                    ("z-sigma", 0.001), ("reference-0", 16), ("reference-1", 16), ("smoothing", 1))),
 )
 ALONE = "unlinkp interlock.function-suspend-0"  # it acts without a growth test, too
+THREE_SENSORS = ["unlinkp axis-growth.temperature%s-3" % kind for kind in ("", "-valid", "-age")]
 WARM = [("axis-growth.temperature-%d" % number, "growth-temperature-%d" % number) for number in range(2)]
 WARM_BY_HAND = [line % number for number in range(2) for line in ("sets growth-temperature-%d 20", "sets growth-temperature-valid-%d true")]
 JOINTS = ("x-stage", "y-stage", "z-stage")
@@ -57,7 +58,7 @@ MACHINES = {
                         programs=("commission_height.ngc",), switches=(0, 1), grows=[*GROWS, *WARM_BY_HAND], more=("axis_growth",)),
     "warm": Prepared("growth", "identified.ini", JOINTS, inputs=[("growth-test.x-position", "x-measured"), *WARM], programs=("commission_bore.ngc",),
                      switches=(0, 1), grows=[*GROWS, "setp axis-growth.max-rate 0.004", ALONE]),
-    "axis_growth": Prepared("growth", "identified.ini", JOINTS, inputs=WARM, switches=(0, 1), grows=[*GROWS, ALONE]),
+    "axis_growth": Prepared("growth", "identified.ini", JOINTS, inputs=WARM, switches=(0, 1), grows=[*GROWS, ALONE, *THREE_SENSORS]),
     "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
 }
 

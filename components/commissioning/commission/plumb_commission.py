@@ -145,6 +145,8 @@ class Running:
         if not who:
             return refuse(_("--by-hand needs --who: the sheet says who let it pass"), 2)
         self.rig.must_be_answered()
+        if self.rig.is_on(function):
+            return refuse(_("{name} is switched on, and would act at once: switch it off").format(name=function.name), 1)
         for place in [*self.rig.stages_of(function), function]:
             if not self.rig.is_commissioned(place):
                 if not self.rig.await_condition(lambda place=place: self.rig.identity(place) != 0, 5):

@@ -2,6 +2,7 @@
 """The machine under commissioning: interlock with its functions and stages, as HAL has them now."""
 
 import glob
+import importlib
 import os
 import re
 import time
@@ -246,10 +247,14 @@ class Rig:
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
         missing = [] if self._writer(self.machine.pins[self.lock.full("spindle-speed")]) else [self.lock.full("spindle-speed")]
         rotary = self.ini.get(function.module.upper(), "ROTARY", "")
+        its = importlib.import_module("commissioning.functions." + function.module)
+        unused = its.unused(self, function.instance) if hasattr(its, "unused") else ()
+        if hasattr(its, "needs"):
+            missing += [function.instance.full(short) for short in its.needs(self, function.instance) if not self._writer(function.instance.pins[short])]
         for short, letter, _signal, is_read in self._lines_of(function):
             name = function.instance.full(short)
             pin = self.machine.pins.get(name)
-            if pin is None or (letter and letter.upper() not in [*self.axes, *rotary]):
+            if pin is None or short in unused or (letter and letter.upper() not in [*self.axes, *rotary]):
                 continue
             if not (self._readers(pin) or not is_read if pin.output else self._writer(pin)):
                 missing.append(name)
@@ -373,6 +378,11 @@ class Rig:
             if self.machine.writer(place.instance.full("drive-feedback")) == command and self.has(command):
                 found[place.instance.full("drive-feedback")] = command
         return found
+
+    def read_by_programs(self, function):
+        """Outputs that a program reads, with the pin by which it does."""
+        pins = (function.instance.pins.get(short) for short, _letter in self._nets_of(function))
+        return {pin.name: reader for pin in pins if pin is not None and pin.output for reader in self._readers(pin) if reader.startswith("motion.")}
 
     def _is_of_the_machine(self, writer):
         """Whether a pin is a driver's, or that of a plant in its place."""

@@ -30,6 +30,7 @@ class Session:
                 tolerance=number(self.tolerance), most=number(steps.LARGER[-1] / SHOWN * rig.unit)))
         self.log = []  # a dictionary for each answer
         self._first, self._changed, self._untried, self._tried = {}, set(), [], set()
+        self._identity = None  # of all steps
         self.began = time.time()
         self.stage, self.place = stage, stage or function
         if again:
@@ -65,7 +66,8 @@ class Session:
         """Judges the present step; goes on if it passed. Returns its Verdict."""
         step = self.step
         self.look()
-        identity = self.rig.identity(self.place)
+        if self._is_another():
+            return self._begin_again()
         wrong = next((name for name, value in values.items() if not math.isfinite(value)), None)
         verdict = Verdict("state", _("{value} is no reading.").format(value=values[wrong]), _("Enter it again.")) if wrong else step.finish(values)
         self.log.append({"title": step.title, "read": dict(values), "fault": verdict.fault, "sentence": verdict.sentence, "remedy": verdict.remedy,
@@ -78,13 +80,23 @@ class Session:
         if not verdict.passed:
             return verdict
         if self._left:
+            if self._identity is None:
+                self._identity = self.rig.identity(self.place)
             self._next()
             return verdict
         stages = [self.stage] if self.stage else self.rig.stages_of(self.function)
-        if self.rig.identity(self.place) != identity or not all(self.rig.is_commissioned(stage) for stage in stages):
-            return Verdict("state", _("The wiring changed meanwhile."), _("Begin again."))
+        if self._is_another() or not all(self.rig.is_commissioned(stage) for stage in stages):
+            return self._begin_again()
         self._pass()
         return verdict
+
+    def _is_another(self):
+        """Whether the wiring or a sign is not that of the steps before."""
+        return self._identity not in (None, self.rig.identity(self.place))
+
+    @staticmethod
+    def _begin_again():
+        return Verdict("state", _("The wiring or a sign changed meanwhile."), _("Begin again."))
 
     def look(self):
         """Notes which inputs of the function have changed: one that never did was not tried."""
@@ -97,14 +109,16 @@ class Session:
         self._untried.append(what)
 
     def has_tried(self, pin):
-        """An input of which a reading has shown scale and sign."""
+        """An input of which a reading has shown scale and sign, or an output that a program needed."""
         self._tried.add(pin)
 
     def _all_untried(self):
         still = sorted(self._first.keys() - self._changed)
         through = sorted(pair for pair in self.rig.through_others(self.function).items() if pair[0] not in self._tried)
         return self._untried + [_("{pin}: its value did not change").format(pin=name) for name in still] + [
-            _("{pin}: scale and sign of {other}").format(pin=name, other=other) for name, other in through]
+            _("{pin}: scale and sign of {other}").format(pin=name, other=other) for name, other in through] + [
+            _("{pin}: a program reads it by {other}").format(pin=name, other=other)
+            for name, other in sorted(self.rig.read_by_programs(self.function).items()) if name not in self._tried]
 
     def _next(self):
         self.step = self._left.pop(0)

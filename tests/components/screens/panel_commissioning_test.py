@@ -197,6 +197,13 @@ class Commissioning(unittest.TestCase):
         finger.press("Try again")
         finger.await_text("Wiring")
         self.assertEqual([self.host.get("interlock." + place % "passed") for place in places], [0, 0, 0])
+        finger.press("Go on")
+        finger.await_text("At rest")
+        self.host.set("square.ec0y", -0.0001)
+        for _turn in range(60):
+            self.between()
+        finger.press("Go on")
+        finger.await_text("The wiring or a sign changed meanwhile.")
 
     def test_a_rotary_axis_of_the_chain_needs_its_nets(self):
         with open(self.ini, "a") as file:

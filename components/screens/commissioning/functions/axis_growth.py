@@ -7,16 +7,22 @@ from panel.texts import _, number
 
 MOVES_NOTHING = False
 NEAR = 3.0  # K
+SENSORS = range(4)
 
 
 def steps(session):
-    return [Warm(session, sensor) for sensor in range(4) if _is_used(session, sensor)] or [NoLaw(session)]
+    return [Warm(session, sensor) for sensor in SENSORS if _is_used(session.rig, session.function.instance, sensor)] or [NoLaw(session)]
 
 
-def _is_used(session, sensor):
-    """Whether the law has a growth or a slope by this temperature."""
-    instance = session.function.instance
-    return any(float(session.rig.get(instance, "%s-%s-%d" % (axis, kind, sensor))) for axis in "xyz" for kind in ("growth", "slope"))
+def unused(rig, instance):
+    """Inputs that nobody needs to write: of sensors that the law does not read."""
+    return [short % sensor for sensor in SENSORS if not _is_used(rig, instance, sensor) for short in ("temperature-%d", "temperature-valid-%d", "temperature-age-%d")]
+
+
+def _is_used(rig, instance, sensor):
+    """Whether the law has a growth or a slope by this temperature, or counts the others from it."""
+    return rig.get(instance, "structure") == sensor or any(
+        float(rig.get(instance, "%s-%s-%d" % (axis, kind, sensor))) for axis in "xyz" for kind in ("growth", "slope"))
 
 
 class NoLaw(Step):

@@ -156,6 +156,8 @@ class Return(OnTrial):
         if not self._is_there():
             return Verdict("stayed", _("The stroke leaves an offset behind."), _("Hold longer. Else turn the machine off and on, and home the axis."))
         rig.mdi("G80.1")
+        for short in ("active", "at-end"):
+            self.session.has_tried(self.function.instance.full(short))
         return good(_("The stroke has ended, and its offset is 0."))
 
 

@@ -9,7 +9,18 @@ MOVES_NOTHING = True
 BORE = ("bore-x", "bore-y", "bore-z")
 
 
+def needs(rig, instance):
+    """Inputs that the HAL file of the function leaves to the user."""
+    return ["temperature-%d" % sensor for sensor in range(int(rig.get(instance, "sensors")))]
+
+
 def steps(session):
+    instance = session.function.instance
+    for short in needs(session.rig, instance):
+        for other in ("valid", "age"):
+            pin = instance.pins[short.replace("-", "-%s-" % other)]
+            if not pin.signal:
+                session.not_tried(_("{pin}: it has no net").format(pin=pin.name))
     return [Here(session), There(session), First(session), Moved(session)]
 
 
