@@ -145,27 +145,27 @@ struct AxisOffset final : hal::Component {
         hal::SettingsReader setting;
         const Settings given{setting(scale), setting(max_offset), setting(max_rate)};
         if (setting.good()) settings_ = given;
-        const Permit its = permit.step();
-        if (its.source != source_ && its.source != 0 && !enabled_) sources_.clear();
-        source_ = its.source;
-        const bool good_sources = sources_.read(offset, its);
+        const Permit now = permit.step();
+        if (now.source != source_ && now.source != 0 && !enabled_) sources_.clear();
+        source_ = now.source;
+        const bool good_sources = sources_.read(offset, now);
         const bool on = motion_enabled, homed = all_homed, probing = motion_type == probe;
-        const bool arms = arm_.rises(its.arm), taking_back = clear, clears = clear_.rises(taking_back);
+        const bool arms = arm_.rises(now.arm), taking_back = clear, clears = clear_.rises(taking_back);
         if (power_.rises(on)) forget();
         const bool hears = read_report(dt);
-        const bool is_enabled = its.enable;
+        const bool is_enabled = now.enable;
         enabled_ = is_enabled;
-        held_ = its.hold;
+        held_ = now.hold;
         const double wanted = is_enabled ? sources_.value() : 0;
         const double possible = bounded(wanted, settings_.max_offset);
         const double target = taking_back ? 0 : possible;
 
         // A joint that homes where it stands takes the offset with it, also the guest's.
-        if (homing_.rises(homed)) shifted_ = any_in_force();
+        if (homing_.rises(homed)) wrong_origin_ = any_in_force();
         if (probing_.rises(probing)) refused_ = own_in_force() && !allow_probing;
         refused_ = refused_ && probing;
         const bool able = on && homed;
-        const bool ready = able && !taking_back && !shifted_ && permit.alive();
+        const bool ready = able && !taking_back && !wrong_origin_ && permit.alive();
         enter(next({able, ready, arms, taking_back, clears}));
         ledger_.listen(guest.read(), takes_counts());
         if (takes_counts() && hears) follow(target, probing, dt);
@@ -195,7 +195,7 @@ struct AxisOffset final : hal::Component {
                                                {!setting.good(), Fault::settings},
                                                {state_ == State::lost, Fault::lost},
                                                {counter_.used_up(), Fault::counts},
-                                               {shifted_, Fault::homed},
+                                               {wrong_origin_, Fault::homed},
                                                {!ledger_.guest().good(), Fault::guest}});
         fault = found;
         status = status_of({found != Fault::none, refused_, is_enabled, on, homed, taking_back,
@@ -299,8 +299,8 @@ private:
     std::uint32_t source_ = 0;  // that alone acts, from 1
     bool enabled_ = false, held_ = false;
     State state_ = State::off;
-    bool shifted_ = false;  // fault homed
-    bool refused_ = false;  // the present probing move
+    bool wrong_origin_ = false;  // fault homed
+    bool refused_ = false;       // the present probing move
     Edge power_, homing_, probing_, clear_;
     Edge arm_{true};  // an arm that is true already is no cycle start
 };

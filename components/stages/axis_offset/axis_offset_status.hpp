@@ -48,19 +48,19 @@ struct AxisOffsetSeen {
     bool asked = false;  // by a source, or an own offset is in force
 };
 
-inline AxisOffsetStatus status_of(const AxisOffsetSeen& its) noexcept {
+inline AxisOffsetStatus status_of(const AxisOffsetSeen& seen) noexcept {
     using S = AxisOffsetStatus;
-    return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
-                          {its.refused, S::refused},
-                          {!its.on, hal::common<S>(hal::Common::machine_off)},
-                          {!its.homed, hal::common<S>(hal::Common::not_homed)},
-                          {its.takes_back && its.asked, S::takes_back},
-                          {!its.enabled && !its.ramping, hal::common<S>(hal::Common::off)},
-                          {its.lacks && !its.armed, S::waits},
-                          {its.lacks && its.probing, hal::common<S>(hal::Common::probing)},
-                          {its.limited, S::limited},
-                          {its.ramping, S::ramping},
-                          {!its.asked, S::nothing},
+    return hal::first<S>({{seen.fault, hal::common<S>(hal::Common::fault)},
+                          {seen.refused, S::refused},
+                          {!seen.on, hal::common<S>(hal::Common::machine_off)},
+                          {!seen.homed, hal::common<S>(hal::Common::not_homed)},
+                          {seen.takes_back && seen.asked, S::takes_back},
+                          {!seen.enabled && !seen.ramping, hal::common<S>(hal::Common::off)},
+                          {seen.lacks && !seen.armed, S::waits},
+                          {seen.lacks && seen.probing, hal::common<S>(hal::Common::probing)},
+                          {seen.limited, S::limited},
+                          {seen.ramping, S::ramping},
+                          {!seen.asked, S::nothing},
                           {true, S::applies}});
 }
 

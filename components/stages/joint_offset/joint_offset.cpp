@@ -158,27 +158,27 @@ struct JointOffset final : hal::Component {
         const double moved = std::abs(usable(command, farthest, command_) - command_);
         command_ = usable(command, farthest, command_);
         const bool jumped = !read_position();
-        const Permit its = permit.step();
-        if (source_ == 0 && its.source != 0 && !active_) sources_.clear();  // a trial begins
-        const std::size_t only = its.source, last = source_;
+        const Permit now = permit.step();
+        if (source_ == 0 && now.source != 0 && !active_) sources_.clear();  // a trial begins
+        const std::size_t only = now.source, last = source_;
         const double others = sources_.without(last);
-        const bool good_sources = sources_.read(offset, its);
+        const bool good_sources = sources_.read(offset, now);
         const bool returns =
             last != only && std::abs(sources_.without(last) - others) > slack;  // to other sources
-        source_ = its.source;
+        source_ = now.source;
         const bool is_homed = homed, knows_origin = knows_place_ && within(command, farthest);
         origin_.step(is_homed, knows_origin ? command_ - position_ : origin_.last(), in_force(), slack);
-        const bool permitted = permit.alive() && !its.hold, shifted = origin_.shifted();
-        const bool is_enabled = its.enable, on = motion_enabled;
+        const bool permitted = permit.alive() && !now.hold, wrong_origin = origin_.wrong();
+        const bool is_enabled = now.enable, on = motion_enabled;
         const auto sums = release_.sum(sources_, read_release());
         const bool stroking = on && release_.out();  // its source brakes a stroke, which may not stop dead
-        const bool based = (is_homed && !shifted) || (stroking && !is_homed);
+        const bool based = (is_homed && !wrong_origin) || (stroking && !is_homed);
         const bool active = is_enabled && based && applied_.knows_limits();
         const double wanted = !permitted ? applied_.sum() : active ? sums.all : 0;
         const double possible = bounded(wanted, applied_.settings().max_offset);
 
         if (release_.step(on)) applied_.move_to(release_.stays(), dt);
-        const bool holding = (is_homed && !on) || release_.pending() || (stroking && shifted);
+        const bool holding = (is_homed && !on) || release_.pending() || (stroking && wrong_origin);
         if (returns || active != active_ || (holding_ && !holding) || (!permitted_ && permitted))
             applied_.ramp();
         active_ = active;
@@ -212,8 +212,8 @@ struct JointOffset final : hal::Component {
                                                {!setting.good(), Fault::settings},
                                                {refused, Fault::bound},
                                                {!limits.valid(), Fault::limits},
-                                               {shifted, Fault::origin},
-                                               {stroking && (!is_homed || shifted), Fault::unhomed},
+                                               {wrong_origin, Fault::origin},
+                                               {stroking && (!is_homed || wrong_origin), Fault::unhomed},
                                                {on && release_.ignores(), Fault::unreleased}});
         fault = found;
         status = status_of(

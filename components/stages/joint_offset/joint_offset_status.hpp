@@ -30,15 +30,15 @@ struct JointOffsetSeen {
     bool asked = false;  // by a source, or an offset is in force
 };
 
-inline JointOffsetStatus status_of(const JointOffsetSeen& its) noexcept {
+inline JointOffsetStatus status_of(const JointOffsetSeen& seen) noexcept {
     using S = JointOffsetStatus;
-    return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
-                          {!its.enabled, hal::common<S>(hal::Common::off)},
-                          {!its.on, hal::common<S>(hal::Common::machine_off)},
-                          {!its.homed, hal::common<S>(hal::Common::not_homed)},
-                          {its.limited, S::limited},
-                          {its.ramping, S::ramping},
-                          {!its.asked, S::nothing},
+    return hal::first<S>({{seen.fault, hal::common<S>(hal::Common::fault)},
+                          {!seen.enabled, hal::common<S>(hal::Common::off)},
+                          {!seen.on, hal::common<S>(hal::Common::machine_off)},
+                          {!seen.homed, hal::common<S>(hal::Common::not_homed)},
+                          {seen.limited, S::limited},
+                          {seen.ramping, S::ramping},
+                          {!seen.asked, S::nothing},
                           {true, S::applies}});
 }
 

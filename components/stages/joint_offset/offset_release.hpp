@@ -91,13 +91,13 @@ private:
 class JointOrigin {
 public:
     // The joint was homed with an offset in force, and not again since.
-    bool shifted() const noexcept { return shifted_; }
+    bool wrong() const noexcept { return wrong_; }
 
     // `origin`: the command for the drive without the position of the joint; the last one if it is not known.
     void step(bool homed, double origin, bool has_offset, double slack) noexcept {
-        if (homed_ && !homed) shifted_ = false;
+        if (homed_ && !homed) wrong_ = false;
         const bool homes = !homed_ || !homed;
-        if (homes && has_offset && std::abs(origin - origin_) > slack) shifted_ = true;
+        if (homes && has_offset && std::abs(origin - origin_) > slack) wrong_ = true;
         origin_ = origin;
         homed_ = homed;
     }
@@ -105,7 +105,7 @@ public:
 
 private:
     double origin_ = 0;
-    bool homed_ = false, shifted_ = false;
+    bool homed_ = false, wrong_ = false;
 };
 
 }  // namespace plumb

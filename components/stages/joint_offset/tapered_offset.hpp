@@ -192,16 +192,16 @@ public:
     }
 
     // The sources, then the soft limits, then the drive.
-    void follow(double possible, const Joint& its, double dt) noexcept {
+    void follow(double possible, const Joint& motion, double dt) noexcept {
         const double most = settings_.max_offset, rate = settings_.max_rate;
         const double acceleration = this->acceleration();
-        if (guarded_ && !its.guarded) {  // the rest of the sum must not come at once
+        if (guarded_ && !motion.guarded) {  // the rest of the sum must not come at once
             source_.move_to(applied_.value(), acceleration, dt);
             source_.hold();
         }
-        guarded_ = its.guarded;
+        guarded_ = motion.guarded;
         const double source = source_.value(), applied = applied_.value();
-        const SoftLimits::Step joint{its.from, its.to, its.moved, dt};
+        const SoftLimits::Step joint{motion.from, motion.to, motion.moved, dt};
         share_out(guarded_ && (limits_.tapers(std::max(source, possible), joint) ||
                                limits_.tapers(std::min(source, possible), joint)),
                   acceleration, dt);
@@ -216,11 +216,11 @@ public:
         ramping_ = ramping_ && source_.value() != possible && !held;
 
         const double now = source_.value();
-        const double allowed = guarded_ ? limits_.allowed(now, its.to) : now;
+        const double allowed = guarded_ ? limits_.allowed(now, motion.to) : now;
         tapered_ = allowed != now;
         // At most share(), so that the offset brakes in time when motion does.
-        const double by_motion = guarded_ ? std::min(std::abs(allowed - limits_.allowed(now, its.from)),
-                                                     limits_.share() * its.moved)
+        const double by_motion = guarded_ ? std::min(std::abs(allowed - limits_.allowed(now, motion.from)),
+                                                     limits_.share() * motion.moved)
                                           : 0;
         const double fastest = rate + by_motion / dt;
         applied_.step(allowed, {rate, fastest, acceleration, fastest, fastest, most}, dt);
