@@ -45,10 +45,10 @@ public:
     // A point of the artifact, from the centre of the table, in the machine: by its strain from the clamp,
     // the angle of the table in deg, and the displacement of the centre.
     static Eigen::Vector3d place(const Eigen::Vector3d& point, double strain, double angle, bool trunnion,
-                                 const Eigen::Vector3d& shift) noexcept {
+                                 const Eigen::Vector3d& displacement) noexcept {
         const Eigen::Vector3d clamp(0, -100, 0);
         const Eigen::Vector3d at = point + strain * (point - clamp);
-        return centre() + shift + turned(at, angle, trunnion);
+        return centre() + displacement + turned(at, angle, trunnion);
     }
 
     // A vector that turns with the table.
@@ -60,17 +60,17 @@ public:
 
     // The centre of the sphere that looks to the spindle now; each side of the table has one.
     static Eigen::Vector3d sphere_place(double strain, double angle, bool trunnion,
-                                        const Eigen::Vector3d& shift) noexcept {
+                                        const Eigen::Vector3d& displacement) noexcept {
         const double side = std::cos(angle * pi / 180) >= 0 ? 1 : -1;
-        return place({0, 0, side * sphere_height}, strain, angle, trunnion, shift);
+        return place({0, 0, side * sphere_height}, strain, angle, trunnion, displacement);
     }
 
     // The place of a bore and of the face that looks to the spindle now.
     static Eigen::Vector3d bore_place(int index, double strain, double angle, bool trunnion,
-                                      const Eigen::Vector3d& shift) noexcept {
+                                      const Eigen::Vector3d& displacement) noexcept {
         const ArtifactBore& its = bore(index);
         const bool front = std::cos(angle * pi / 180) >= 0;
-        return place({its.x, its.y, front ? its.front : its.back}, strain, angle, trunnion, shift);
+        return place({its.x, its.y, front ? its.front : its.back}, strain, angle, trunnion, displacement);
     }
 };
 

@@ -98,13 +98,15 @@ private:
     }
 
     // Of the artifact with its table: by the growth of the machine, and where it has slipped on the table.
-    Eigen::Vector3d shift() noexcept {
-        const Eigen::Vector3d slipped(usable(slip[0], 1e3, 0), usable(slip[1], 1e3, 0), usable(slip[2], 1e3, 0));
-        return machine.table_shift() + ArtifactGeometry::turned(slipped, angle_, trunnion_);
+    Eigen::Vector3d displacement() noexcept {
+        const Eigen::Vector3d slipped(usable(slip[0], 1e3, 0), usable(slip[1], 1e3, 0),
+                                      usable(slip[2], 1e3, 0));
+        return machine.table_displacement() + ArtifactGeometry::turned(slipped, angle_, trunnion_);
     }
 
     Eigen::Vector3d place(int bore) noexcept {
-        return ArtifactGeometry::bore_place(bore, machine.artifact_strain(), angle_, trunnion_, shift());
+        return ArtifactGeometry::bore_place(bore, machine.artifact_strain(), angle_, trunnion_,
+                                            displacement());
     }
 
     // Of the bore or the sphere that is probed.
@@ -112,7 +114,7 @@ private:
         return step.sphere ? sphere_place() : place(step.bore);
     }
     Eigen::Vector3d sphere_place() noexcept {
-        return ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_, trunnion_, shift());
+        return ArtifactGeometry::sphere_place(machine.artifact_strain(), angle_, trunnion_, displacement());
     }
     Eigen::Vector3d cold_place(const GrowthProgram::Step& step) const noexcept {
         const Eigen::Vector3d still = Eigen::Vector3d::Zero();
@@ -138,7 +140,7 @@ private:
                                                    : ArtifactBore::radius) -
                                  ArtifactGeometry::ball;
             const int axis = step.side == 0 ? 2 : (step.side - 1) / 2;
-            const double along = bore[axis] - (machine.tip_error(bore) + touch_probe.shift())[axis];
+            const double along = bore[axis] - (machine.tip_error(bore) + touch_probe.displacement())[axis];
             const double travel = reach + touch_probe.pre_travel(seed_, direction) + touch_probe.noise(seed_);
             p[axis] = along + direction[axis] * travel;
         } else if (step.approaching) {
@@ -170,7 +172,7 @@ private:
         }
         angle_ += gain * (usable(table_cmd, 1e6, angle_) - angle_);
         moving_.step(fastest > 1 ? 1 : 0, 60, dt);
-        ball += machine.tip_error(ball) + touch_probe.shift();
+        ball += machine.tip_error(ball) + touch_probe.displacement();
         probe = depth(ball) > trip_depth();
     }
 

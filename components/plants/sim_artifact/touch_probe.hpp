@@ -33,7 +33,7 @@ public:
     void step(std::int32_t seed, double dt) noexcept { drift_.step(drift_size_(seed), 400, dt); }
 
     // The ball against its nominal place in the spindle, mm.
-    Eigen::Vector3d shift() const noexcept { return seat_ + Eigen::Vector3d(0, 0, -drift_.value()); }
+    Eigen::Vector3d displacement() const noexcept { return seat_ + Eigen::Vector3d(0, 0, -drift_.value()); }
 
     // How far the ball travels into a surface before the probe reports it, in a direction of its motion.
     double pre_travel(std::int32_t seed, const Eigen::Vector3d& direction) noexcept {

@@ -78,7 +78,7 @@ public:
         return tip_error(place, std::pow(turning, 1.15), 0.5 + 0.5 * turning, turning, air_);
     }
     // The centre of the table against its place on the cold machine, in mm.
-    Eigen::Vector3d table_shift() noexcept {
+    Eigen::Vector3d table_displacement() noexcept {
         return Eigen::Vector3d(0.3, 0.2, 0.5) * table_growth_(seed_) * bed_.value();
     }
     // Expansion of the artifact from its clamp.

@@ -67,7 +67,7 @@ public:
         for (int i = 0; i < 2; ++i) {
             const int across = (direction_ + 1 + i) % 3;
             const auto k = static_cast<std::size_t>(i);
-            motion.shift[across] = straightness_(seed_) * (straight_[k].at(to) - straight_[k].at(from));
+            motion.translation[across] = straightness_(seed_) * (straight_[k].at(to) - straight_[k].at(from));
             motion.turn[across] = pitch_yaw_(seed_) * (turning_[k].at(to) - turning_[k].at(from));
         }
         return motion;

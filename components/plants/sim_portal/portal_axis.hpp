@@ -81,8 +81,8 @@ public:
         body.tilt += drift_;
         body.travel = play_.load() - zero_;
         body.error = errors_at(play_.load());
-        body.error.shift += more;
-        body.error.shift[(direction_ + 1) % 3] +=
+        body.error.translation += more;
+        body.error.translation[(direction_ + 1) % 3] +=
             play_.part() * in_use(given_straightness_, 0.1, straightness_reversal_);
         body.error.turn[(direction_ + 2) % 3] += play_.part() * in_use(given_yaw_, 1e-3, yaw_reversal_);
         return body;
@@ -135,7 +135,7 @@ private:
                                        "Windup beyond the play that breaks the resting load away."};
     const hal::In<double> given_straightness_{
         this, "%-straightness-reversal", 0, "mu",
-        "Half of the shift across when it turns: of Y for X, of Z for Y, of X for Z and W."};
+        "Half of the displacement across when it turns: of Y for X, of Z for Y, of X for Z and W."};
     const hal::In<double> given_yaw_{
         this, "%-yaw-reversal", 0, "rad",
         "Half of the rotation when it turns: about Z for X, about X for Y, about Y for Z and W."};

@@ -14,7 +14,7 @@ namespace plumb {
 
 // The error motion of an axis: EX, EY, EZ in mm and EA, EB, EC in rad.
 struct GuideMotion {
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     Eigen::Vector3d turn = Eigen::Vector3d::Zero();
 };
 
@@ -60,7 +60,7 @@ public:
         for (std::size_t k = 0; k < N; ++k) {
             pose.rotate(onto_guide_[k]);
             pose.translate(side * (bodies[k].travel * Eigen::Vector3d::Unit(bodies[k].direction) +
-                                   bodies[k].error.shift));
+                                   bodies[k].error.translation));
             pose.rotate(errors_[k].by(bodies[k].error.turn));
             pose.rotate(onto_body_[k]);
         }

@@ -154,10 +154,10 @@ private:
         const std::int32_t number = gauge_axis;
         GuideMotion motion;
         if (number >= 0 && number < 4) motion = axes[number]->errors_at(gauged_);
-        if (number == 2 && is_portal_) motion.shift += bend(gauged_);
-        gauge_ex = motion.shift.x();
-        gauge_ey = motion.shift.y();
-        gauge_ez = motion.shift.z();
+        if (number == 2 && is_portal_) motion.translation += bend(gauged_);
+        gauge_ex = motion.translation.x();
+        gauge_ey = motion.translation.y();
+        gauge_ez = motion.translation.z();
         gauge_ea = motion.turn.x();
         gauge_eb = motion.turn.y();
         gauge_ec = motion.turn.z();
