@@ -339,11 +339,11 @@ private:
         position_good_ = true;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double now = position[axis];
-            double& its = position_[static_cast<int>(axis)];
-            const double last = its;
-            its = usable(now, farthest, its);
+            double& known = position_[static_cast<int>(axis)];
+            const double last = known;
+            known = usable(now, farthest, known);
             position_good_ &= std::abs(now) <= farthest;
-            jumped |= std::abs(its - last) > settings_.max_speed * dt * (1 + play);
+            jumped |= std::abs(known - last) > settings_.max_speed * dt * (1 + play);
         }
         return jumped;
     }

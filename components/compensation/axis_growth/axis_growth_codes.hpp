@@ -81,18 +81,18 @@ struct AxisGrowthSeen {
     AxisGrowthStatus interlock{};
 };
 
-inline AxisGrowthStatus status_of(const AxisGrowthSeen& its) noexcept {
+inline AxisGrowthStatus status_of(const AxisGrowthSeen& seen) noexcept {
     using S = AxisGrowthStatus;
-    return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
-                          {!its.has_law, S::no_law},
-                          {its.interlock != S{}, its.interlock},
-                          {!its.enabled, hal::common<S>(hal::Common::off)},
-                          {!its.homed, hal::common<S>(hal::Common::not_homed)},
-                          {!its.temperatures_known, S::no_temperature},
-                          {its.returns, S::returns},
-                          {its.doubted, S::doubted},
-                          {its.bounded, S::bounded},
-                          {its.ramping, S::ramping},
+    return hal::first<S>({{seen.fault, hal::common<S>(hal::Common::fault)},
+                          {!seen.has_law, S::no_law},
+                          {seen.interlock != S{}, seen.interlock},
+                          {!seen.enabled, hal::common<S>(hal::Common::off)},
+                          {!seen.homed, hal::common<S>(hal::Common::not_homed)},
+                          {!seen.temperatures_known, S::no_temperature},
+                          {seen.returns, S::returns},
+                          {seen.doubted, S::doubted},
+                          {seen.bounded, S::bounded},
+                          {seen.ramping, S::ramping},
                           {true, S::corrects}});
 }
 

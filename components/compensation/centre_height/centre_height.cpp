@@ -32,10 +32,10 @@ struct HeightGauge final : hal::Group {
     };
 
     Reading read() noexcept {
-        const std::int32_t its = kind;
-        if (its == 2) return {diameter_in_rectangle(emitted, received, size), true};
-        if (its == 3) return {diameter_in_circle(emitted, received, size), true};
-        return {its == 1 ? 2 * diameter : its == 0 ? diameter : no_diameter, false};
+        const std::int32_t given = kind;
+        if (given == 2) return {diameter_in_rectangle(emitted, received, size), true};
+        if (given == 3) return {diameter_in_circle(emitted, received, size), true};
+        return {given == 1 ? 2 * diameter : given == 0 ? diameter : no_diameter, false};
     }
 
     // An entry is a diameter, or a radius if the gauge gives one.
@@ -181,12 +181,12 @@ struct HeightOutputs final : hal::Group {
         detail = procedure.detail();
         value_valid = valid;
         sign_known = valid && result.signed_;
-        const HeightVerdict& its = procedure.verdict();
-        move_allowed = valid && its.y_moves;
-        x_allowed = valid && its.x_changes;
-        on_centre = valid && its.verdict == Verdict::on_centre;
+        const HeightVerdict& verdict = procedure.verdict();
+        move_allowed = valid && verdict.y_moves;
+        x_allowed = valid && verdict.x_changes;
+        on_centre = valid && verdict.verdict == Verdict::on_centre;
         checked_for_air = now.good && now.stock_diameter > 0;
-        cuts_needed = valid ? its.cuts_needed : 0;
+        cuts_needed = valid ? verdict.cuts_needed : 0;
         x_sigma = if_valid(result.sigma_x);
         height = if_valid(result.height);
         size = if_valid(std::abs(result.height));

@@ -78,7 +78,8 @@ constexpr const char* sentence(Detail detail) {
                    "wrong by more than max-x-correction or max-move.";
         case D::no_load:
             return "The load of the spindle has shown no cut. Start the spindle, and cut deeper.";
-        case D::value_only: return "The function is not permitted: move Y by {y-move} by hand, or switch it on.";
+        case D::value_only:
+            return "The function is not permitted: move Y by {y-move} by hand, or switch it on.";
         case D::sign: return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
         case D::insignificant: return "The height of {height} may be none: cut again.";
         case D::sigma: return "The uncertainty of the height, {sigma}, exceeds max-sigma.";
@@ -92,7 +93,8 @@ constexpr const char* sentence(Detail detail) {
             return "Two cuts do not show the sign. Cut a third time with a shim below the tool, or set sign "
                    "to 1 or -1.";
         case D::x_bounded:
-            return "X of the tool is wrong by {x-correction}: that is beyond max-x-correction, or the function is not permitted.";
+            return "X of the tool is wrong by {x-correction}: that is beyond max-x-correction, or the "
+                   "function is not permitted.";
         case D::more_cuts: return "Cut more lands in the same order, {cuts-needed} cuts in all.";
         case D::lands: return "Begin again with two lands in the order 1 2 2 1, {cuts-needed} cuts in all.";
         case D::finer:
@@ -206,21 +208,21 @@ struct HeightSeen {
     HeightStatus interlock{};
 };
 
-inline HeightStatus status_of(const HeightSeen& its) noexcept {
+inline HeightStatus status_of(const HeightSeen& seen) noexcept {
     using S = HeightStatus;
-    switch (its.state) {
+    switch (seen.state) {
         case State::refused: return S::refused;
         case State::aborted: return S::interrupted;
         default: break;
     }
-    if (its.fault != Detail::none) return S::entry_refused;
-    switch (its.state) {
+    if (seen.fault != Detail::none) return S::entry_refused;
+    switch (seen.state) {
         case State::cut: return S::cut;
         case State::measure: return S::measure;
         case State::known: break;
-        default: return its.interlock != S{} ? its.interlock : S::idle;
+        default: return seen.interlock != S{} ? seen.interlock : S::idle;
     }
-    switch (its.verdict) {
+    switch (seen.verdict) {
         case Verdict::on_centre: return S::on_centre;
         case Verdict::held: return S::held;
         case Verdict::both: return S::off_centre;

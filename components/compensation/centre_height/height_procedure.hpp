@@ -155,8 +155,8 @@ private:
                    double travel) noexcept {
         const Cut& last = cuts[cuts.count - 1];
         const auto disagreement_by = [&](double side) {
-            const Prediction its = expected(settings, cuts, two, travel, side * two.y());
-            return its.radius > 0 ? its.disagreement(last.radius) : HUGE_VAL;
+            const Prediction prediction = expected(settings, cuts, two, travel, side * two.y());
+            return prediction.radius > 0 ? prediction.disagreement(last.radius) : HUGE_VAL;
         };
         const double above = disagreement_by(1), below = disagreement_by(-1);
         signed_ = last.y != cuts[0].y && std::min(above, below) <= 3 && std::max(above, below) > 6;
@@ -174,10 +174,10 @@ private:
     // Predicts the last cut from the first two, and compares. Independent of the sign if Y has not moved.
     void compare(const Settings& settings, const TurnedCuts& cuts, const TwoCuts& two,
                  double travel) noexcept {
-        const Prediction its = expected(settings, cuts, two, travel, height);
-        if (!(its.radius > 0) || (cuts[cuts.count - 1].y != cuts[0].y && !signed_)) return;
-        predicted = 2 * its.radius;
-        disagreement = its.disagreement(cuts[cuts.count - 1].radius);
+        const Prediction prediction = expected(settings, cuts, two, travel, height);
+        if (!(prediction.radius > 0) || (cuts[cuts.count - 1].y != cuts[0].y && !signed_)) return;
+        predicted = 2 * prediction.radius;
+        disagreement = prediction.disagreement(cuts[cuts.count - 1].radius);
     }
 
     void by_fit(const Settings& settings, const TurnedCuts& cuts) noexcept {
@@ -250,12 +250,12 @@ private:
     }
 
     CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) const noexcept {
-        std::array<Cut, CutFit::most> its = cuts.cuts;
+        std::array<Cut, CutFit::most> all = cuts.cuts;
         for (std::size_t i = 0; i < count; ++i) {
-            its[i].depth = depth_of(settings, cuts, i);
-            its[i].rejected = (rejected >> i & 1) != 0;
+            all[i].depth = depth_of(settings, cuts, i);
+            all[i].rejected = (rejected >> i & 1) != 0;
         }
-        return CutFit::of(its.data(), count, SkewedAxes(settings.angle), settings.sigmas,
+        return CutFit::of(all.data(), count, SkewedAxes(settings.angle), settings.sigmas,
                           {settings.known_x, settings.known_x_sigma, settings.x_known},
                           settings.method == Method::two_lands, settings.largest_burr / 2);
     }
@@ -315,27 +315,27 @@ struct HeightVerdict {
     static bool no_sign(Detail hold) noexcept { return hold == Detail::sign || hold == Detail::sign_by_shim; }
 
     static HeightVerdict of(const Asked& asked, double tolerance) noexcept {
-        HeightVerdict its;
+        HeightVerdict answer;
         const bool y_centred = centred(asked.y, asked.hold, tolerance);
         const bool x_centred = !asked.x_asked || asked.x.within(tolerance);
-        its.y_moves = asked.hold == Detail::none && !y_centred;
+        answer.y_moves = asked.hold == Detail::none && !y_centred;
         // X turns the programmed diameter at the height that a tool has until it is shimmed, on either side.
         const bool height_stays = asked.without_y && (asked.hold == Detail::shim || no_sign(asked.hold));
-        const bool y_answered = y_centred || its.y_moves || height_stays;
-        its.x_alone_unsure = height_stays && asked.x_asked && !x_centred && !asked.x.significant();
-        its.x_changes = asked.x_asked && asked.automatic && asked.x.significant() &&
-                        asked.x.size <= asked.largest_x &&
-                        (y_answered || asked.hold == Detail::insignificant) && (its.y_moves || !x_centred);
-        its.verdict = its.y_moves && its.x_changes                        ? Verdict::both
-                      : its.y_moves                                       ? Verdict::y
-                      : its.x_changes                                     ? Verdict::x
-                      : its.x_alone_unsure                                ? Verdict::unsure
-                      : !y_centred && asked.hold != Detail::insignificant ? Verdict::held
-                      : !y_centred || !x_centred
-                          ? (y_centred && asked.x.significant() ? Verdict::held : Verdict::unsure)
-                      : !asked.checked_for_air ? Verdict::unchecked
-                                               : Verdict::on_centre;
-        return its;
+        const bool y_answered = y_centred || answer.y_moves || height_stays;
+        answer.x_alone_unsure = height_stays && asked.x_asked && !x_centred && !asked.x.significant();
+        answer.x_changes =
+            asked.x_asked && asked.automatic && asked.x.significant() && asked.x.size <= asked.largest_x &&
+            (y_answered || asked.hold == Detail::insignificant) && (answer.y_moves || !x_centred);
+        answer.verdict = answer.y_moves && answer.x_changes                  ? Verdict::both
+                         : answer.y_moves                                    ? Verdict::y
+                         : answer.x_changes                                  ? Verdict::x
+                         : answer.x_alone_unsure                             ? Verdict::unsure
+                         : !y_centred && asked.hold != Detail::insignificant ? Verdict::held
+                         : !y_centred || !x_centred
+                             ? (y_centred && asked.x.significant() ? Verdict::held : Verdict::unsure)
+                         : !asked.checked_for_air ? Verdict::unchecked
+                                                  : Verdict::on_centre;
+        return answer;
     }
 
     // The cuts that would answer, if there is no answer yet.

@@ -308,10 +308,10 @@ private:
         Sizes row_x = Sizes::Zero(unknowns);
         if (x > 0) row_x = row_of(0) / sizes(0) * width / (2 * x) - row_y * y / x;
         if (find_x) {
-            const Sizes its = row_of(1) / sizes(1) * width / scale.x;
-            if (!(x > 0) || its.norm() < row_x.norm()) {
+            const Sizes candidate = row_of(1) / sizes(1) * width / scale.x;
+            if (!(x > 0) || candidate.norm() < row_x.norm()) {
                 x = solution(1) / sizes(1) * width / scale.x;
-                row_x = its;
+                row_x = candidate;
             }
         }
         sigma_x = row_x.norm();
@@ -343,14 +343,14 @@ private:
             bias_y = std::max(bias_y, std::abs(q.head(unknowns).dot(row_y)) * error);
             bias_x = std::max(bias_x, std::abs(q.head(unknowns).dot(row_x)) * error);
             if (!(free > 0.1)) continue;
-            const double its = q.tail(others).dot(b.tail(others)) / free;
-            if (std::abs(its) > largest) {
+            const double deviation = q.tail(others).dot(b.tail(others)) / free;
+            if (std::abs(deviation) > largest) {
                 next = largest;
-                largest = std::abs(its);
+                largest = std::abs(deviation);
                 suspect.cut = static_cast<std::size_t>(row);
-                suspect.sigmas = its;
+                suspect.sigmas = deviation;
             } else {
-                next = std::max(next, std::abs(its));
+                next = std::max(next, std::abs(deviation));
             }
         }
         suspect.lead = square(largest) - square(next);

@@ -161,18 +161,18 @@ struct Seen {
 };
 
 // The test moves nothing, and runs whether interlock permits it or not: only a lost service counts.
-inline Status status_of(const Seen& its) noexcept {
-    const bool service = hal::is_of_service(static_cast<std::int32_t>(its.interlock));
-    const bool interrupted = its.state == State::interrupted;
-    return hal::first<Status>({{its.running && its.program_gone, Status::program_lost},
-                               {its.fault, hal::common<Status>(hal::Common::fault)},
-                               {service, its.interlock},
-                               {its.stop == Stop::stable, Status::warm},
-                               {its.stop != Stop::none, Status::time_over},
-                               {interrupted && its.resumable, Status::resumable},
+inline Status status_of(const Seen& seen) noexcept {
+    const bool service = hal::is_of_service(static_cast<std::int32_t>(seen.interlock));
+    const bool interrupted = seen.state == State::interrupted;
+    return hal::first<Status>({{seen.running && seen.program_gone, Status::program_lost},
+                               {seen.fault, hal::common<Status>(hal::Common::fault)},
+                               {service, seen.interlock},
+                               {seen.stop == Stop::stable, Status::warm},
+                               {seen.stop != Stop::none, Status::time_over},
+                               {interrupted && seen.resumable, Status::resumable},
                                {interrupted, Status::interrupted},
-                               {its.state == State::idle, Status::idle},
-                               {its.paused, Status::paused},
+                               {seen.state == State::idle, Status::idle},
+                               {seen.paused, Status::paused},
                                {true, Status::runs}});
 }
 

@@ -160,7 +160,7 @@ public:
     }
 
     // By the judgement of its touches; none leaves it good.
-    void reject(Fault its) noexcept { fault_ = its; }
+    void reject(Fault fault) noexcept { fault_ = fault; }
 
 private:
     bool latches(const Signals& now) noexcept {
@@ -353,7 +353,7 @@ private:
         if (centre && centre->scatter > settings.most_scatter) return Fault::false_trigger;
         if (touched_.has_face() && touched_.face_range() > settings.most_scatter) return Fault::false_trigger;
         if (visit_.bore() == 0) return Fault::bore;  // it was open as the test began
-        if (const Fault its = changed(centre, settings); its != Fault::none) return its;
+        if (const Fault fault = changed(centre, settings); fault != Fault::none) return fault;
         if (pass_ <= 1 || !decides(state_.compensated)) return Fault::none;
         const std::size_t x = BoreReferences::value(visit_.bore(), state_.turned);
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -383,11 +383,11 @@ private:
 
     // Where the axes were, with the compensation: the place of a bore does not depend on its state.
     std::array<double, 3> place(const std::optional<BoreTouches::Centre>& centre) const noexcept {
-        const std::array<double, 3> its{centre ? centre->x : NAN, centre ? centre->y : NAN,
-                                        touched_.has_face() ? touched_.face() : NAN};
+        const std::array<double, 3> mean{centre ? centre->x : NAN, centre ? centre->y : NAN,
+                                         touched_.has_face() ? touched_.face() : NAN};
         std::array<double, 3> all{};
         for (std::size_t axis = 0; axis < 3; ++axis)
-            all[axis] = its[axis] + offsets_[axis] / std::max(of_visit_, 1);
+            all[axis] = mean[axis] + offsets_[axis] / std::max(of_visit_, 1);
         return all;
     }
 
@@ -429,10 +429,10 @@ private:
                fault == Fault::unconfirmed || fault == Fault::displaced;
     }
 
-    void fail(Fault its, const Settings& settings) noexcept {
-        if (its != fault_) write(Event::fault, static_cast<double>(its), settings);
-        fault_ = its;
-        bore_of_fault_ = is_of_visit(its) || its == Fault::no_reference ? visit_.bore() : 0;
+    void fail(Fault fault, const Settings& settings) noexcept {
+        if (fault != fault_) write(Event::fault, static_cast<double>(fault), settings);
+        fault_ = fault;
+        bore_of_fault_ = is_of_visit(fault) || fault == Fault::no_reference ? visit_.bore() : 0;
     }
 
     Record record(Kind kind, std::int32_t item) const noexcept {

@@ -92,7 +92,7 @@ public:
         samples_.clear();
         ends_.clear();
         cycles_ = 0;
-        for (Series& its : series_) its.count = 0;
+        for (Series& series : series_) series.count = 0;
     }
 
     // Temperatures at a time, a few seconds or more after the last ones.
@@ -124,28 +124,28 @@ public:
     // The deviation number `index` at a time, in mu. Those of one pass come together.
     void deviation(double time, int index, double value) noexcept {
         if (index < 0 || index >= most_values || !std::isfinite(value)) return;
-        Series& its = series_[static_cast<std::size_t>(index)];
-        if (its.count == 0) {
-            its.began = time;
-            its.first = Range();
-            its.last_hour.clear();
+        Series& series = series_[static_cast<std::size_t>(index)];
+        if (series.count == 0) {
+            series.began = time;
+            series.first = Range();
+            series.last_hour.clear();
         }
-        if (time <= its.began + hour || its.count < 2) its.first.take(value);
-        its.last_hour.take(time, value);
-        ++its.count;
+        if (time <= series.began + hour || series.count < 2) series.first.take(value);
+        series.last_hour.take(time, value);
+        ++series.count;
     }
 
     // Whether the second rule holds for all deviations. They must span the last hour, beyond the first one.
     bool ranges_are_small(double time, const Settings& settings) const noexcept {
         bool any = false;
-        for (const Series& its : series_) {
-            if (its.count == 0) continue;
+        for (const Series& series : series_) {
+            if (series.count == 0) continue;
             any = true;
-            if (time - its.began < 2 * hour) return false;
-            const Range recent = its.last_hour.range(time);
+            if (time - series.began < 2 * hour) return false;
+            const Range recent = series.last_hour.range(time);
             if (!recent.spans) return false;
-            const double most = std::max(
-                {settings.range_share * its.first.width(), 4 * settings.uncertainty, settings.range_floor});
+            const double most = std::max({settings.range_share * series.first.width(),
+                                          4 * settings.uncertainty, settings.range_floor});
             if (!(recent.width() <= most)) return false;
         }
         return any;
@@ -381,9 +381,9 @@ public:
     double oval(const BoreTouches::Centre& centre) const noexcept {
         double sum[2]{}, count[2]{};
         for (int i = 0; i < circle_.count(); ++i) {
-            const Side& its = sides_[static_cast<std::size_t>(i)];
-            sum[its.along_x] += std::hypot(its.x - centre.x, its.y - centre.y) - centre.radius;
-            ++count[its.along_x];
+            const Side& side = sides_[static_cast<std::size_t>(i)];
+            sum[side.along_x] += std::hypot(side.x - centre.x, side.y - centre.y) - centre.radius;
+            ++count[side.along_x];
         }
         return count[0] > 0 && count[1] > 0 ? sum[1] / count[1] - sum[0] / count[0] : 0;
     }
@@ -461,15 +461,15 @@ public:
 
     // The deviation of a bore in this pass.
     void take(int axis, bool turned, double deviation) noexcept {
-        Sum& its = sums_[static_cast<std::size_t>(axis)][turned ? 1 : 0];
-        its.value += deviation;
-        ++its.count;
+        Sum& sum = sums_[static_cast<std::size_t>(axis)][turned ? 1 : 0];
+        sum.value += deviation;
+        ++sum.count;
     }
 
     // The change of a bore since its first visit in this pass: the stopped spindle cools meanwhile.
     void take_again(int axis, double change) noexcept {
-        double& its = drift_[static_cast<std::size_t>(axis)];
-        its = std::fmax(its, std::abs(change));
+        double& drift = drift_[static_cast<std::size_t>(axis)];
+        drift = std::fmax(drift, std::abs(change));
     }
 
     // A pass ends at `time`, s. `work`: the mean speed of the spindle since the pass before; not a number if
@@ -482,9 +482,9 @@ public:
         drift_.fill(NAN);
         for (std::size_t axis = 0; axis < 3; ++axis)
             for (std::size_t turned = 0; turned < 2; ++turned) {
-                const Sum& its = sums_[axis][turned];
-                now.count[axis][turned] = its.count;
-                now.mean[axis][turned] = its.count > 0 ? its.value / its.count : NAN;
+                const Sum& sum = sums_[axis][turned];
+                now.count[axis][turned] = sum.count;
+                now.mean[axis][turned] = sum.count > 0 ? sum.value / sum.count : NAN;
             }
         sums_ = {};
         const Pass& before = last_[0];
@@ -501,9 +501,9 @@ public:
         last_[0] = now;
         if (chain_ < most) return found;
         for (std::size_t axis = 0; axis < 3 && !found; ++axis) {
-            const double after = step(0, axis), its = step(1, axis), first = step(2, axis);
+            const double after = step(0, axis), middle = step(1, axis), first = step(2, axis);
             // However quickly growth dies away, half of the larger neighbour is left.
-            const double alone = its - (first + after) / 2;
+            const double alone = middle - (first + after) / 2;
             if (std::abs(alone) > least + std::max(std::abs(first), std::abs(after)) / 2)
                 found = Slip{static_cast<int>(axis), alone};
         }
@@ -528,8 +528,10 @@ private:
         }
         // Of all that was probed.
         double middle(std::size_t axis) const noexcept {
-            const auto& its = mean[axis];
-            return std::isnan(its[1]) ? its[0] : std::isnan(its[0]) ? its[1] : (its[0] + its[1]) / 2;
+            const auto& means = mean[axis];
+            return std::isnan(means[1])   ? means[0]
+                   : std::isnan(means[0]) ? means[1]
+                                          : (means[0] + means[1]) / 2;
         }
         // Equal work for an equal time, as between the two passes before.
         bool is_like(const Pass& before, const Pass& first) const noexcept {

@@ -147,9 +147,9 @@ struct Temperatures : hal::Group {
             if (used && decides[i]) r.decides |= 1U << i;
             if (used && !fine) r.good = false;
         }
-        const std::int32_t its = artifact;
-        if (its >= 0 && its < r.count) {
-            const double now = r.value[static_cast<std::size_t>(its)];
+        const std::int32_t sensor = artifact;
+        if (sensor >= 0 && sensor < r.count) {
+            const double now = r.value[static_cast<std::size_t>(sensor)];
             r.artifact_good = !std::isfinite(now) || (now >= artifact_low && now <= artifact_high);
         }
     }
@@ -307,13 +307,13 @@ struct TestReport : hal::Group {
         }
     }
 
-    void show_bore(const GrowthTest::Bore& its) noexcept {
-        bore[0] = its.x;
-        bore[1] = its.y;
-        bore[2] = its.z;
+    void show_bore(const GrowthTest::Bore& centre) noexcept {
+        bore[0] = centre.x;
+        bore[1] = centre.y;
+        bore[2] = centre.z;
         const double diameter = ball, size = std::abs(diameter) <= 1e6 ? diameter : 0;
-        bore_diameter = 2 * its.radius + (boss ? -size : size);
-        bore_scatter = its.scatter;
+        bore_diameter = 2 * centre.radius + (boss ? -size : size);
+        bore_scatter = centre.scatter;
     }
 
     void show_states(bool wants_compensation, bool wants_cooling, bool both_confirmed) noexcept {
