@@ -7,15 +7,16 @@ import unittest
 import commissioning_attacks as attacks
 import numpy as np
 
+SHOP = attacks.MACHINE_OF["squareness"]
 ROWS, BEGIN, END = 4000, 500, 1500  # of the recording, and of a press: the last beat comes half a second before its end
 BACK = END + attacks.LAG
 
 
 def recording(stage=0, function=-1, size=0.01):
     """A press at real time, whose client dies: the output rises, and returns at the ramp."""
-    made = {name: np.zeros(ROWS) for name in ["scene", *attacks.COLUMNS]}
+    made = {name: np.zeros(ROWS) for name in ["scene", *SHOP.columns]}
     made["motion.motion-enabled"][:] = 1
-    for kind, rows in (("function", attacks.FUNCTIONS), ("stage", attacks.STAGES)):
+    for kind, rows in (("function", SHOP.functions), ("stage", SHOP.stages)):
         for number in range(len(rows)):
             made["interlock.%s-identity-%d" % (kind, number)][:] = 7
     for short, value in (("stage", stage), ("function", function), ("offset", size)):
@@ -32,7 +33,7 @@ def recording(stage=0, function=-1, size=0.01):
 
 def found(made, function="squareness", number=0, output=None):
     if number is not None:
-        made[attacks.STAGES[number] + ".drive-command"] = made.pop("output") if output is None else output
+        made[SHOP.stages[number] + ".drive-command"] = made.pop("output") if output is None else output
     return [sentence for _row, sentence in attacks.judge(made, function, 1)[0]]
 
 

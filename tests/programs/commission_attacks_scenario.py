@@ -15,8 +15,8 @@ import time
 import traceback
 
 import plumb
-from commission_scenario import Column, Mill
-from commissioning_attacks import COLUMNS, FUNCTIONS, STAGES
+from commission_scenario import Axes, Column, Growth, Grows, Lathe, Mill
+from commissioning_attacks import MACHINE_OF
 from commissioning_wirings import Wirings
 from plumb_linuxcnc import Machine, OperatorError
 from scenario import run
@@ -27,12 +27,16 @@ AWAKE = 15  # writes of a program that goes on after a pause
 PATIENCE = 400  # s, for a step
 
 
-class Shop(Mill):
-    """The mill, whose Z strokes, too. Each function has its session while the others pass, act and change."""
+class Attacks:
+    """Each function has its session while the others pass, act and change. A machine has disturb_FUNCTION, begin_FUNCTION and settle()."""
 
-    columns = ["scene", *COLUMNS]
-    ends = Column.ends
-    square = Column.square
+    @property
+    def columns(self):
+        return ["scene", *self.its.columns]
+
+    @property
+    def its(self):
+        return MACHINE_OF[sys.argv[2]]
 
     def work(self):
         from commissioning_robot import Robot
@@ -57,9 +61,10 @@ class Shop(Mill):
     def die(self, steps, ways):
         from commissioning.session import Session
 
-        for row in range(len(STAGES)):
+        for row in range(len(self.its.stages)):
             self.host.set("interlock.stage-passed-%d" % row, 0)
         rig = self.robot.rig()
+        rig.let_pass(rig.function(self.function))  # which the session takes back
         session = Session(rig, rig.function(self.function), self.robot.records, "robot")
         self.facts["steps"], again = [], None
         while not session.done:
@@ -112,6 +117,9 @@ class Shop(Mill):
                 self.pass_time(0.1)
             self.pass_time(self.silence + 3)
         self.begin("between")
+        step, steps = session.count
+        if 1 < step < steps and session.rig.passed(session.function):
+            self.facts["findings"].append("%s has passed, and its session ended in \"%s\"" % (self.function, session.step.title))
         self.calm(session)
 
     def note_child(self, text):
@@ -152,21 +160,11 @@ class Shop(Mill):
         while self.host.time < ends:
             for number, state in self.others.items():
                 if state == "busy":
-                    getattr(self, "disturb_" + FUNCTIONS[number])()
+                    getattr(self, "disturb_" + self.its.functions[number], lambda: None)()
             time.sleep(0.1)
 
-    def disturb_thermal_displacement(self):
-        """An offset that waits for the next cycle."""
-        self.host.set("z-axis-stage.offset-1", self.changes.uniform(-0.03, 0.03))
-
-    def disturb_squareness(self):
-        self.host.set("square.ec0y", -self.changes.uniform(0.0001, 0.0003))
-
-    def disturb_chopping(self):
-        """It strokes by itself."""
-
     def draw_others(self, session):
-        """Of each other function its state: held, off, on, or busy; of the thermal one an offset always waits."""
+        """Of each other function its state: held, off, on, or busy."""
         rig, its = session.rig, session.function
         self.others = {}
         for place in rig.functions:
@@ -179,13 +177,12 @@ class Shop(Mill):
                     rig.let_pass(stage)
             rig.take_back(place) if state == "held" else rig.let_pass(place)
             rig.switch(place, state in ("on", "busy"))
-        if FUNCTIONS[its.number] != "thermal_displacement":
-            self.host.set("z-axis-stage.offset-1", 0.03)
         self.machine.wait(1)
-        if self.others.get(FUNCTIONS.index("chopping")) == "busy" and self.host.get("interlock.function-enable-2"):
-            self.machine.mdi("G21 G81.1 Z[#5422] Q-1 R0 P30", wait=False)
-            self.machine.wait(2)
-        return {FUNCTIONS[number]: state for number, state in self.others.items()}
+        for number, state in self.others.items():
+            if state == "busy":
+                with contextlib.suppress(OperatorError):  # with the machine off it begins nothing
+                    getattr(self, "begin_" + self.its.functions[number], lambda: None)()
+        return {self.its.functions[number]: state for number, state in self.others.items()}
 
     def calm(self, session):
         """A person comes back: the machine is on and at rest, all other functions are off, and what was lent is given back."""
@@ -193,8 +190,7 @@ class Shop(Mill):
         self.others = {}
         for place in rig.functions:
             rig.switch(place, False)
-        self.host.set("z-axis-stage.offset-1", 0)
-        self.host.set("square.ec0y", -0.00016)
+        self.rest_others()
         session.give_back()
         self.patiently(self.machine.abort)
         self.patiently(self.machine.turn_on)
@@ -204,17 +200,17 @@ class Shop(Mill):
         self.machine.command.feedrate(1)
         self.machine.command.rapidrate(1)
         rig.end_press()
-        for line in ("G90 G21 M5", "G80.1", "M65 P0", "M68 E0 Q0"):
+        for line in ("G90 G21 M5", *self.settling):
             with contextlib.suppress(OperatorError):  # G80.1 after a machine off
                 self.machine.mdi(line)
-        if self.host.get("axis.z.eoffset"):
-            self.take_axis_offset_back()
+        self.settle()
         self.machine.wait(2)
 
-    def take_axis_offset_back(self):
-        """As the panel does."""
-        for line in ("M64 P3", "G4 P3", "M65 P3"):
-            self.patiently(lambda line=line: self.machine.mdi(line))
+    gain = ""  # of the command to a drive
+    settling = ()  # lines that end what a session or another function has begun
+
+    def settle(self):
+        """Takes back what stays."""
 
     # --- drawn faults in the wiring ---
 
@@ -238,13 +234,111 @@ class Shop(Mill):
             self.again()
 
     def again(self):
-        self.patiently(self.machine.turn_off)
-        time.sleep(0.1)
-        self.rest_unhomed()
+        """A simulated drive follows while the machine is off, and a doubled command takes it far away: it comes back to 0 without a move."""
+        if self.gain:
+            self.patiently(self.machine.turn_off)
+            for gain in (0, 1):
+                for letter in "xyz":
+                    self.host.set(self.gain % letter, gain)
+                self.machine.wait(0.5)
+            self.machine.command.unhome(-1)
+        else:
+            self.rest_unhomed()
         self.patiently(self.machine.turn_on)
         self.patiently(self.machine.home)
+        for line in self.settling:
+            with contextlib.suppress(OperatorError):
+                self.machine.mdi(line)
+        self.fresh()
         self.machine.wait(3)
 
+    def fresh(self):
+        """For the next try."""
+
+
+class Shop(Attacks, Mill):
+    """The mill, whose Z strokes, too. An offset of the thermal function always waits for the next cycle."""
+
+    ends = Column.ends
+    square = Column.square
+    gain = "fault-%s-cmd.in1"
+    settling = ("G80.1", "M65 P0", "M68 E0 Q0")
+
+    def draw_others(self, session):
+        if self.function != "thermal_displacement":
+            self.host.set("z-axis-stage.offset-1", 0.03)
+        return super().draw_others(session)
+
+    def disturb_thermal_displacement(self):
+        self.host.set("z-axis-stage.offset-1", self.changes.uniform(-0.03, 0.03))
+
+    def disturb_squareness(self):
+        self.host.set("square.ec0y", -self.changes.uniform(0.0001, 0.0003))
+
+    def begin_chopping(self):
+        if self.host.get("interlock.function-enable-2"):
+            self.machine.mdi("G21 G81.1 Z[#5422] Q-1 R0 P30", wait=False)
+            self.machine.wait(2)
+
+    def rest_others(self):
+        self.host.set("z-axis-stage.offset-1", 0)
+        self.host.set("square.ec0y", -0.00016)
+
+    def settle(self):
+        """As the panel does."""
+        for line in ("M64 P3", "G4 P3", "M65 P3") if self.host.get("axis.z.eoffset") else ():
+            self.patiently(lambda line=line: self.machine.mdi(line))
+
+
+class Growing(Grows, Attacks):
+    def disturb_axis_growth(self):
+        self.temperature(self.changes.randrange(2), self.changes.uniform(0.9, 1.3))
+
+    def rest_others(self):
+        for number in range(2):
+            self.temperature(number, 1)
+
+    fresh = rest_others
+
+    def settle(self):
+        """axis_growth returns slowly."""
+        self.await_condition(lambda: all(abs(self.host.get(stage + ".applied-offset")) < 1e-6 for stage in self.its.stages), "the return")
+
+
+class Turning(Growing, Lathe):
+    """The lathe, whose axes grow."""
+
+    plant = {letter.upper(): letter + "-drive.out" for letter in "xyz"}
+    settling = ("M453",)
+
+    def fresh(self):
+        super().fresh()
+        self.lands = 0
+        for value in (1, 0):
+            self.host.set("lathe.new-stock", value)
+            self.machine.wait(0.1)
+
+    def settle(self):
+        """A session that died has cut the bar."""
+        super().settle()
+        self.fresh()
+
+    def begin_centre_height(self):
+        self.machine.mdi("M450 P1 Q2 D10 E10.6")
+
+
+class Warm(Growing, Growth):
+    """A machine that grows, with the artifact on its table."""
+
+    plant, gain = Axes.plant, "%s-with.gain0"
+    settling = ("M65 P24",)
+
+    def begin_thermal_growth_test(self):
+        """A test whose program has gone."""
+        self.machine.mdi("M64 P24")
+
+
+SCENARIOS = {"shop": Shop, "turning": Turning, "warm": Warm}
 
 if __name__ == "__main__":
-    sys.exit(run(Shop, recording="attacks.csv" if sys.argv[1] == "die" else None))
+    sys.exit(run(SCENARIOS[MACHINE_OF[sys.argv[2]].name], recording="attacks.csv" if sys.argv[1] == "die" else None))

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drawn faults in the wiring of a function and its stages: a net that is missing, swapped, from another row, scaled, reversed, or the command."""
+"""Drawn faults in the wiring of a function and its stages: a net that is missing, swapped, from another row, scaled, reversed, or the command; and
+an output that a program reads in the place of another one."""
 
 import re
 
 SPARE = "spare"  # a mult2 of commissioning_machines
-KINDS = ("missing", "swapped", "row", "sign", "twice", "command")
+KINDS = ("missing", "swapped", "row", "sign", "twice", "command", "output")
 
 
 class Wirings:
@@ -63,13 +64,25 @@ class Wirings:
         return self._exchange(pin, other) if other else None
 
     def _row(self, pin):
-        other = self._other(pin, r"\d+$") if pin.name.startswith("interlock.") else None
+        other = self._other(pin, r"\d+$")
         if other:
             return self._exchange(pin, other)
         found = re.fullmatch(r"(?P<what>.*\.(permit|enable|interlock-status))", pin.name)
         others = [its for its in self.rig.machine.pins.values() if found and its.name.rpartition(".")[2] == pin.name.rpartition(".")[2]
                   and its.name != pin.name and its.kind == pin.kind and its.signal and its.signal != pin.signal and not its.output]
         return self._exchange(pin, self.random.choice(others)) if others else None
+
+    def _output(self, pin):
+        """A program reads another output in the place of this one."""
+        read = self.rig.read_by_programs(self.places[0])
+        others = [name for name in read if name != pin.name and self.rig.machine.pins[name].kind == pin.kind]
+        if pin.name not in read or not others:
+            return None
+        other = self.rig.machine.pins[self.random.choice(others)]
+        ends = [(read[pin.name], pin.signal), (read[other.name], other.signal)]
+        gone = ["unlinkp " + end for end, _signal in ends]
+        return ("%s and %s" % (pin.name, other.name), [*gone, "net %s %s" % (ends[1][1], ends[0][0]), "net %s %s" % (ends[0][1], ends[1][0])],
+                [*gone, *("net %s %s" % (signal, end) for end, signal in ends)])
 
     def _scaled(self, pin, gain):
         if pin.output or pin.kind != "float":
@@ -88,9 +101,10 @@ class Wirings:
 
     def _command(self, pin):
         """The command in the place of the feedback."""
-        found = re.fullmatch(r"joint\.(\d+)\.(motor-)?pos-fb|(\w)-stage\.joint-feedback|fault-(\w)-fb\.out", self.rig.machine.writer(pin.name) or "")
+        found = re.fullmatch(r"joint\.(\d+)\.(motor-)?pos-fb|(\w)-stage\.joint-feedback|fault-(\w)-fb\.out|(?:artifact\.|fault-growth-test-)(\w)-position(?:\.out)?",
+                             self.rig.machine.writer(pin.name) or "")
         if not found or pin.output:
             return None
-        joint = found[1] or "xyz".index(found[3] or found[4])
+        joint = found[1] or "xyz".index(found[3] or found[4] or found[5])
         command = self.rig.machine.pins["joint.%s.motor-pos-cmd" % joint].signal
         return pin.name, ["unlinkp " + pin.name, "net %s %s" % (command, pin.name)], ["unlinkp " + pin.name, "net %s %s" % (pin.signal, pin.name)]
