@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/manual.hpp"
 
+#include "hal/effect.hpp"
 #include "hal/markup.hpp"
 #include "hal/page.hpp"
 
@@ -9,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <tuple>
+#include <vector>
 
 namespace plumb::hal {
 namespace {
@@ -23,7 +26,7 @@ std::string initial(const PinInfo& pin) {
 
 // "0 to 1"; "" of an input that accepts all values.
 std::string range_of(const PinInfo& pin) {
-    const Range& range = pin.range;
+    const Range& range = pin.setting.range;
     std::ostringstream text;
     if (std::isfinite(range.least) && std::isfinite(range.most))
         text << range.least << " to " << range.most;
@@ -34,54 +37,124 @@ std::string range_of(const PinInfo& pin) {
     return text.str();
 }
 
-// Type, unit, default, range and sentence.
-std::string described(const PinInfo& pin) {
-    std::string text = std::string("\n.RI ( ") + type_name(pin.type);
-    if (!pin.unit.empty()) text += " \", " + escaped(pin.unit) + '"';
-    const std::string range = range_of(pin);
-    if (!pin.output)
-        text += " \", default " + escaped(initial(pin)) + (range.empty() ? "" : ", " + escaped(range)) + '"';
-    if (!pin.only_with.empty()) text += " \", only with " + escaped(pin.only_with) + '"';
-    return text + " )\n.br\n" + escaped(pin.doc) + '\n';
+// Pins that differ by the letter of an axis or by a number: they stand together.
+using Family = std::vector<const PinInfo*>;
+
+bool are_of_a_family(const PinInfo& one, const PinInfo& other) {
+    const auto facts = [](const PinInfo& pin) {
+        const std::string& name = pin.each_name;
+        const std::string stem = name.substr(0, name.find_last_not_of("0123456789") + 1);
+        return std::make_tuple(stem, pin.each_doc, pin.type, pin.unit, pin.initial, pin.setting.level,
+                               pin.setting.range.least, pin.setting.range.most, pin.only_with);
+    };
+    return one.output == other.output && facts(one) == facts(other);
 }
 
-// Names in a row that have one description share it.
-void write_pins(std::ostream& out, const Declarations& declared, bool output) {
-    const PinInfo* last = nullptr;
+std::vector<Family> families(const Declarations& declared, bool output, Level level = Level::signal) {
+    std::vector<Family> result;
     for (const PinInfo& pin : declared.pins) {
-        if (pin.output != output) continue;
-        const bool goes_on = last && described(*last) == described(pin);
-        if (last && !goes_on) out << described(*last);
-        out << (goes_on ? "\n.TQ\n" : ".TP\n") << ".BI NAME ." << escaped(pin.name);
-        last = &pin;
+        if (pin.output != output || pin.setting.level != level) continue;
+        const auto its = std::find_if(result.begin(), result.end(), [&](const Family& family) {
+            return are_of_a_family(*family.front(), pin);
+        });
+        if (its == result.end())
+            result.push_back({&pin});
+        else
+            its->push_back(&pin);
     }
-    if (last) out << described(*last);
+    return result;
+}
+
+std::string names_of(const Family& family) {
+    std::string text;
+    for (const PinInfo* pin : family) text += (text.empty() ? "" : ", ") + pin->name;
+    return escaped(wrapped(text));
+}
+
+// L is the letter of the axis, where there are several.
+std::string sentence_of(const Family& family) {
+    const PinInfo& pin = *family.front();
+    std::string text = family.size() == 1 || pin.doc == family.back()->doc ? pin.doc : pin.each_doc;
+    if (text != pin.doc) std::replace(text.begin(), text.end(), '%', 'L');
+    return escaped(wrapped(text + (pin.only_with.empty() ? "" : " Only with " + pin.only_with + '.')));
+}
+
+void write_pins(std::ostream& out, const Declarations& declared, bool output) {
+    const char* paragraph = "";
+    for (const Family& family : families(declared, output)) {
+        const PinInfo& pin = *family.front();
+        const std::string range = range_of(pin);
+        out << paragraph << "\\fB" << names_of(family) << "\\fR\n.RI ( " << type_name(pin.type);
+        if (!pin.unit.empty()) out << " \", " << escaped(pin.unit) << '"';
+        if (!output) out << " \", default " << escaped(initial(pin)) << '"';
+        if (!range.empty()) out << " \", " << escaped(range) << '"';
+        out << " )\n.RS\n" << sentence_of(family) << "\n.RE\n";
+        paragraph = ".PP\n";
+    }
+}
+
+// The effect of a setting on the axes, as a sentence.
+std::string acts(const Declarations& declared, const PinInfo& pin) {
+    for (const EffectInfo& info : declared.effects) {
+        if (info.pin != pin.name) continue;
+        if (info.effect == std::string(name(Effect::at_once))) return " Acts at once.";
+        if (info.effect == std::string(name(Effect::next_cycle))) return " Acts at the next cycle.";
+        if (info.effect == std::string(name(Effect::in_no_cycle))) return " Refused while a cycle runs.";
+    }
+    return "";
+}
+
+// Settings of a level: two lines of a table each.
+void write_settings(std::ostream& out, const Declarations& declared, Level level) {
+    out << ".TS\nl l l l.\nSetting\tUnit\tDefault\tRange\n";
+    for (const Family& family : families(declared, false, level)) {
+        const PinInfo& pin = *family.front();
+        const bool one = family.size() == 1;
+        if (!one) out << ".T&\nlB s s s.\nT{\n" << names_of(family) << "\nT}\n";
+        out << ".T&\nlB l l l.\n"
+            << (one ? escaped(pin.name) : "") << '\t' << escaped(pin.unit) << '\t' << escaped(initial(pin))
+            << '\t' << escaped(range_of(pin)) << "\n.T&\nl s s s.\nT{\n"
+            << sentence_of(family) << acts(declared, pin) << "\nT}\n";
+    }
+    out << ".TE\n";
+}
+
+// What holds of an output that moves an axis.
+std::string moves(const OffsetInfo& offset) {
+    std::ostringstream out;
+    if (!offset.counts.empty()) out << "Counts of " << escaped(offset.scale) << " each. ";
+    out << "The offset" << (offset.guest.empty() ? "" : ", without " + escaped(offset.guest) + ',')
+        << " never grows beyond " << escaped(offset.bound) << " either way, and changes by at most "
+        << escaped(offset.rate) << (offset.motion.empty() ? "" : " apart from motion");
+    if (!offset.acceleration.empty()) {
+        out << ", its speed by at most ";
+        if (offset.times != 1) out << offset.times << " times ";
+        out << escaped(offset.acceleration);
+    }
+    out << ". ";
+    if (!offset.turning_rate.empty())
+        out << "Where motion turns, it changes besides by at most " << escaped(offset.turning_rate)
+            << ", its speed by at most " << escaped(offset.turning_acceleration) << ". ";
+    if (!offset.driven.empty())
+        out << "While " << escaped(offset.driven) << " is false, and when " << escaped(offset.homed)
+            << " rises, it may be at once where its axis is. ";
+    if (!offset.accelerated_by.empty()) out << escaped(offset.accelerated_by) << ' ';
+    out << "While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
+    return out.str();
 }
 
 void write_offsets(std::ostream& out, const Declarations& declared) {
     if (declared.offsets.empty()) return;
     out << ".SH MOVES AN AXIS\n";
+    std::string last;
     for (const OffsetInfo& offset : declared.offsets) {
-        out << ".TP\n.BI NAME ." << escaped(offset.counts.empty() ? offset.value : offset.counts) << '\n';
-        if (!offset.counts.empty()) out << "Counts of " << escaped(offset.scale) << " each. ";
-        out << "The offset" << (offset.guest.empty() ? "" : ", without " + escaped(offset.guest) + ',')
-            << " never grows beyond " << escaped(offset.bound) << " either way, and changes by at most "
-            << escaped(offset.rate) << (offset.motion.empty() ? "" : " apart from motion");
-        if (!offset.acceleration.empty()) {
-            out << ", its speed by at most ";
-            if (offset.times != 1) out << offset.times << " times ";
-            out << escaped(offset.acceleration);
-        }
-        out << ". ";
-        if (!offset.turning_rate.empty())
-            out << "Where motion turns, it changes besides by at most " << escaped(offset.turning_rate)
-                << ", its speed by at most " << escaped(offset.turning_acceleration) << ". ";
-        if (!offset.driven.empty())
-            out << "While " << escaped(offset.driven) << " is false, and when " << escaped(offset.homed)
-                << " rises, it may be at once where its axis is. ";
-        if (!offset.accelerated_by.empty()) out << escaped(offset.accelerated_by) << ' ';
-        out << "While a bound keeps it from its wanted value, " << escaped(offset.limited) << " is true.\n";
+        const std::string text = moves(offset);
+        if (!last.empty() && text != last) out << last;
+        out << (text == last ? ".TQ\n.B " : ".TP\n.B ")
+            << escaped(offset.counts.empty() ? offset.value : offset.counts) << '\n';
+        last = text;
     }
+    out << last;
 }
 
 bool is_status(const Declarations& declared, const CodesInfo& code) {
@@ -186,16 +259,37 @@ std::string unit_of_defaults(const Declarations& declared) {
                     : "Use it on a machine in mm only: the defaults of lengths are not converted.\n";
 }
 
+bool has_settings(const Declarations& declared, Level level) {
+    return std::any_of(declared.pins.begin(), declared.pins.end(),
+                       [&](const PinInfo& pin) { return pin.setting.level == level; });
+}
+
+// The first settings that a user reads, beside the wiring.
+void write_required_settings(std::ostream& out, const Declarations& declared) {
+    if (!has_settings(declared, Level::must)) return;
+    out << ".SH \"REQUIRED SETTINGS\"\n";
+    write_settings(out, declared, Level::must);
+}
+
+void write_other_settings(std::ostream& out, const Declarations& declared) {
+    if (has_settings(declared, Level::machine)) {
+        out << ".SH \"SETTINGS OF THE MACHINE\"\n";
+        write_settings(out, declared, Level::machine);
+    }
+    if (has_settings(declared, Level::expert)) {
+        out << ".SH \"SETTINGS FOR EXPERTS\"\nThe defaults fit nearly all machines.\n";
+        write_settings(out, declared, Level::expert);
+    }
+}
+
 void write_all_pins(std::ostream& out, const Declarations& declared) {
     const auto& pins = declared.pins;
-    out << ".SH PINS\n";
+    out << ".SH PINS\nThe name of the instance and a dot precede each name. L is the letter of the axis.\n";
     if (std::any_of(pins.begin(), pins.end(), [](const PinInfo& pin) { return !pin.output; })) {
-        out << "Inputs, each with its default. The unit mu is the machine unit of length.\n"
-            << unit_of_defaults(declared);
+        out << "The unit mu is the machine unit of length.\n" << unit_of_defaults(declared) << ".SS Inputs\n";
         write_pins(out, declared, false);
-        out << ".PP\n";
     }
-    out << "Outputs:\n";
+    out << ".SS Outputs\n";
     write_pins(out, declared, true);
 }
 
@@ -223,6 +317,9 @@ std::string manual(const Model& model, int section) {
     const Page page(model.about.page);
     const std::string name = escaped(model.about.name);
     std::ostringstream out;
+    if (has_settings(declared, Level::must) || has_settings(declared, Level::machine) ||
+        has_settings(declared, Level::expert))
+        out << "'\\\" t\n";  // man(1) calls tbl(1)
     out << ".\\\" SPDX-License-Identifier: GPL-2.0-or-later\n"
         << ".TH \"" << model.about.name << "\" \"" << section << "\" \"\" \"Plumb\" \"HAL component\"\n"
         << ".SH NAME\n"
@@ -240,12 +337,14 @@ std::string manual(const Model& model, int section) {
     out << '\n';
     write_section(out, page, "DESCRIPTION");
     write_section(out, page, "WIRING");
+    write_required_settings(out, declared);
     write_section(out, page, "SETTING UP");
     write_section(out, page, "BEHAVIOUR");
     write_options(out, declared, section);
     write_tasks(out, model);
     if (section == 9) write_functions(out, declared);
     write_all_pins(out, declared);
+    write_other_settings(out, declared);
     write_offsets(out, declared);
     write_statuses(out, declared);
     write_told(out, declared);
@@ -284,8 +383,10 @@ std::string declarations(const Model& model) {
                  {"default", pin.initial},
                  {"sentence", pin.doc}};
         if (!pin.output && is_length(pin.unit)) entry["default_unit"] = default_unit(pin.unit);
-        if (std::isfinite(pin.range.least)) entry["minimum"] = pin.range.least;
-        if (std::isfinite(pin.range.most)) entry["maximum"] = pin.range.most;
+        const Range& range = pin.setting.range;
+        if (pin.setting.level != Level::signal) entry["level"] = name(pin.setting.level);
+        if (std::isfinite(range.least)) entry["minimum"] = range.least;
+        if (std::isfinite(range.most)) entry["maximum"] = range.most;
         if (!pin.only_with.empty()) entry["only_with"] = pin.only_with;
     }
     for (const auto& code : declared.codes)

@@ -21,6 +21,7 @@ public:
     Owner(Owner owner, char axis) : registrar_(owner.registrar_), axis_(axis) {}
 
     Registrar& registrar() const { return *registrar_; }
+    char axis() const { return axis_; }  // 0 without one
 
     // In names of pins % is the letter of the axis; in sentences it is the capital, but in %-position, a
     // name.

@@ -23,9 +23,10 @@ public:
 
 protected:
     Pin(Owner owner, bool output, const std::string& name, T initial, const std::string& unit,
-        const std::string& doc, const Range& range = {})
+        const std::string& doc, const Setting& setting = {})
         : slot_(owner.registrar().add(PinInfo{type_of<T>, output, owner.name(name), unit,
-                                              static_cast<double>(initial), owner.sentence(doc), range})),
+                                              static_cast<double>(initial), owner.sentence(doc), setting,
+                                              name, doc})),
           name_(owner.name(name)) {
         slot_.template write<T>(converted(owner, initial, unit));
     }
@@ -47,12 +48,12 @@ private:
 // Another program may write it at any time: update() reads each input once.
 template <class T>
 struct In final : Pin<T> {
-    // A setting has the range that its component accepts.
+    // A setting has a level, and the range that its component accepts.
     In(Owner owner, const std::string& name, T initial, const std::string& unit, const std::string& doc,
-       const Range& range = {})
-        : Pin<T>(owner, false, name, initial, unit, doc, range), range_(range) {}
-    In(Owner owner, const std::string& name, T initial, const std::string& doc, const Range& range = {})
-        : In(owner, name, initial, "", doc, range) {}
+       const Setting& setting = {})
+        : Pin<T>(owner, false, name, initial, unit, doc, setting), range_(setting.range) {}
+    In(Owner owner, const std::string& name, T initial, const std::string& doc, const Setting& setting = {})
+        : In(owner, name, initial, "", doc, setting) {}
 
     operator T() const noexcept { return this->slot_.template read<T>(); }
 

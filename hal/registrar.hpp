@@ -24,6 +24,43 @@ struct Range {
     bool contains(double value) const noexcept { return value >= least && value <= most; }
 };
 
+// Who sets an input: what has a level is a setting. A signal has none: it is netted, or written by a screen
+// or program at work.
+enum class Level {
+    signal,
+    must,     // without it the component does not work on this machine
+    machine,  // what this machine, its drives and sensors, or the work decide
+    expert,   // the default fits nearly all machines
+};
+
+constexpr const char* name(Level level) {
+    switch (level) {
+        case Level::must: return "must";
+        case Level::machine: return "machine";
+        case Level::expert: return "expert";
+        default: return "";
+    }
+}
+
+// What an input is besides its default: hal::must(), hal::machine(), hal::expert(), each with the range that
+// the component accepts; a range alone is that of a signal.
+struct Setting {
+    Setting(Level which = Level::signal, const Range& accepted = {}) : level(which), range(accepted) {}
+    Setting(const Range& accepted) : range(accepted) {}
+
+    Level level = Level::signal;
+    Range range;
+};
+inline Setting must(const Range& range = {}) {
+    return {Level::must, range};
+}
+inline Setting machine(const Range& range = {}) {
+    return {Level::machine, range};
+}
+inline Setting expert(const Range& range = {}) {
+    return {Level::expert, range};
+}
+
 // Everything that the outside world may know about a pin.
 struct PinInfo {
     Type type;
@@ -32,7 +69,9 @@ struct PinInfo {
     std::string unit;  // "" for bits and codes
     double initial;    // of a length in mm, also on an inch machine
     std::string doc;   // one sentence
-    Range range = {};  // of an input; in the machine unit, also where the initial value is not
+    Setting setting =
+        {};  // of an input; its range is in the machine unit, also where the initial value is not
+    std::string each_name = {}, each_doc = {};  // of all axes, with % for the letter
     std::string only_with = {};  // OPTION=VALUE, of a pin that there is not otherwise; of manuals alone
 };
 

@@ -173,7 +173,7 @@ CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool)
 
 
 def excluded_operations(host):
-    return {host.get(f"growth.exclude-operation-{index}") for index in range(8)}
+    return {host.get(f"growth.exclude-operation-{index}") for index in range(4)}
 
 
 def find_cuts(column, excluded=()):

@@ -217,11 +217,11 @@ TEST_F(Binding, CodesAreListedOnTheManualPage) {
     const std::string page = hal::manual(module.model(), 9);
     EXPECT_THAT(page, HasSubstr("\n.SH FAULTS\n.TP 4\n1\nThe value to add is below \\-100.\n.TP 4\n3\n"));
     EXPECT_THAT(page, HasSubstr("\n.SH CODES OF half\n.TP 4\n1\nThe order is below 50.\n"));
-    EXPECT_THAT(page, HasSubstr("NAME .fault\\-code\n"));
+    EXPECT_THAT(page, HasSubstr("\\fBfault\\-code\\fR\n"));
 }
 
 TEST_F(Binding, RangeOfASettingIsOnThePageAndForPrograms) {
-    EXPECT_THAT(hal::manual(module.model(), 9), HasSubstr(R"(.RI ( s32 ", default 0, 0 to 1000" ))"));
+    EXPECT_THAT(hal::manual(module.model(), 9), HasSubstr(R"(.RI ( s32 ", default 0" ", 0 to 1000" ))"));
     const auto pins = nlohmann::json::parse(hal::declarations(module.model())).at("pins");
     EXPECT_EQ(pins.at("order").at("minimum"), 0);
     EXPECT_EQ(pins.at("order").at("maximum"), 1000);
@@ -231,6 +231,23 @@ TEST_F(Binding, RangeOfASettingIsOnThePageAndForPrograms) {
     EXPECT_TRUE(from_one.contains(1));
     EXPECT_FALSE(from_one.contains(0.999));
     EXPECT_FALSE(all.contains(std::nan("")));
+}
+
+TEST(Settings, ThatMustBeSetComeFirstOnThePageAndTheOthersInTables) {
+    const Module sloppy(build_folder() + "/specimens/sloppy.so");
+    const std::string page = hal::manual(sloppy.model(), 9);
+    const std::size_t required = page.find(".SH \"REQUIRED SETTINGS\"\n.TS\n"),
+                      pins = page.find(".SH PINS\n"),
+                      others = page.find(".SH \"SETTINGS OF THE MACHINE\"\n.TS\n");
+    ASSERT_NE(others, std::string::npos);
+    EXPECT_LT(required, pins);
+    EXPECT_LT(pins, others);
+    EXPECT_LT(page.find("required\\-0, required\\-1, "), pins);
+    EXPECT_GT(page.find("endless\tmu\t0\t"), others);
+    const auto declared = nlohmann::json::parse(hal::declarations(sloppy.model())).at("pins");
+    EXPECT_EQ(declared.at("required-8").at("level"), "must");
+    EXPECT_EQ(declared.at("endless").at("level"), "machine");
+    EXPECT_FALSE(declared.at("in").contains("level"));
 }
 
 TEST_F(Binding, DeclarationsArePrintedForPrograms) {

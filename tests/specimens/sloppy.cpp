@@ -27,6 +27,8 @@ struct Sloppy final : hal::Component {
     hal::In<double> unit{this, "No_Unit", 0, "Has no unit."};
     hal::In<double> wordy{this, "a-name-longer-than-it-may-be", 0, "mu", "Leaves no room for the instance."};
     hal::In<double> nameless{this, "nameless", 0, "mu", "no period"};
+    hal::In<double> endless{this, "endless", 0, "mu", "Is a setting without a range.", hal::machine()};
+    hal::Row<hal::In<bool>, 9> required{this, "required", false, "Must be set.", hal::must()};
     hal::Out<bool> flag{this, "flag", "mu", "A bit with a unit."};
     hal::Out<double> out{this, "out", "mu", "The input."};
     hal::Out<bool> limited{this, "limited", "Never true."};

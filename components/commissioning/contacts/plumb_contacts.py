@@ -343,7 +343,7 @@ class Replay:
             for name, value in list(settings) + [("dry-run", False), ("enable", True)]:
                 host.set("growth." + name, value)
             self.settings = {name: host.get("growth." + name) for name in SETTINGS}
-            self.excluded = [host.get("growth.exclude-operation-%d" % i) for i in range(8)]
+            self.excluded = [host.get("growth.exclude-operation-%d" % i) for i in range(4)]
             host.replay(recording.file, list(COLUMNS.values()), recording.period)
             outputs = os.path.join(folder, "outputs.csv")
             host.record(outputs, ["growth." + name for name in OUTPUTS], LOOK)

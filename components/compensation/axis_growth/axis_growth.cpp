@@ -57,14 +57,24 @@ struct LawPins : hal::Group {
     struct Sensor : hal::Group {
         Sensor(hal::Owner owner, const std::string& number)
             : Group(owner),
-              growth{
-                  this,   "%-growth-" + number, 0.0, "mu/K", "Growth of % by the rise of this temperature.",
-                  growths},
-              growth_sigma{
-                  this,  "%-growth-sigma-" + number, 0.0, "mu/K", "Standard uncertainty of that growth.",
-                  sigmas},
-              slope{this,  "%-slope-" + number, 0.0, "1/K", "Growth of % by that rise, per mu of travel.",
-                    slopes},
+              growth{this,
+                     "%-growth-" + number,
+                     0.0,
+                     "mu/K",
+                     "Growth of % by the rise of this temperature.",
+                     hal::machine(growths)},
+              growth_sigma{this,
+                           "%-growth-sigma-" + number,
+                           0.0,
+                           "mu/K",
+                           "Standard uncertainty of that growth.",
+                           hal::machine(sigmas)},
+              slope{this,
+                    "%-slope-" + number,
+                    0.0,
+                    "1/K",
+                    "Growth of % by that rise, per mu of travel.",
+                    hal::machine(slopes)},
               turning{this, growth, slope},
               at_once{this, hal::Effect::at_once, growth, growth_sigma, slope} {}
         hal::Axes<hal::In<double>, 3> growth, growth_sigma, slope;
@@ -74,34 +84,51 @@ struct LawPins : hal::Group {
 
     hal::In<std::int32_t> structure{
         this, "structure", -1,
-        "Sensor of the structure: the rises of the others are counted from it; -1 for none.", numbers};
+        "Sensor of the structure: the rises of the others are counted from it; -1 for none.",
+        hal::machine(numbers)};
 
     Sensor sensor[GrowthLaw::sensors]{{this, "0"}, {this, "1"}, {this, "2"}, {this, "3"}};
     hal::Row<hal::In<double>, GrowthLaw::sensors> reference{
-        this, "reference", 20.0, "degC", "This temperature on the cold machine.", temperatures};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> low{
-        this, "rise-low", -600.0, "K", "Lowest rise of this temperature in the growth test.", rises};
+        this, "reference", 20.0, "degC", "This temperature on the cold machine.", hal::machine(temperatures)};
+    hal::Row<hal::In<double>, GrowthLaw::sensors> low{this,
+                                                      "rise-low",
+                                                      -600.0,
+                                                      "K",
+                                                      "Lowest rise of this temperature in the growth test.",
+                                                      hal::machine(rises)};
     hal::Row<hal::In<double>, GrowthLaw::sensors> high{
-        this, "rise-high", 600.0, "K", "Highest rise of this temperature in the test.", rises};
+        this, "rise-high", 600.0, "K", "Highest rise of this temperature in the test.", hal::machine(rises)};
     hal::Axes<hal::In<double>, 3> pivot{
-        this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", places};
-    hal::Axes<hal::In<double>, 3> travel{
-        this, "%-travel", 100.0, "mu", "Distance of the work from %-pivot, at most.", distances};
-    hal::Axes<hal::In<double>, 3> by_speed{
-        this, "%-speed-growth", 0.0, "mu", "Growth of % in the end at reference-speed.", growths};
+        this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", hal::machine(places)};
+    hal::Axes<hal::In<double>, 3> travel{this,
+                                         "%-travel",
+                                         100.0,
+                                         "mu",
+                                         "Distance of the work from %-pivot, at most.",
+                                         hal::machine(distances)};
+    hal::Axes<hal::In<double>, 3> by_speed{this,
+                                           "%-speed-growth",
+                                           0.0,
+                                           "mu",
+                                           "Growth of % in the end at reference-speed.",
+                                           hal::machine(growths)};
     hal::Turning turning{this, by_speed};
     hal::Axes<hal::In<double>, 3> speed_sigma{
-        this, "%-speed-sigma", 0.0, "mu", "Standard uncertainty of that growth.", sigmas};
-    hal::Axes<hal::In<double>, 3> sigma{
-        this, "%-sigma", 0.002, "mu", "Standard uncertainty of % with the temperatures of its zero.", sigmas};
-    hal::In<double> reference_speed{this,  "reference-speed", 5000, "rpm", "Speed of the speed-growth.",
-                                    speeds};
-    hal::In<double> exponent{this,     "speed-exponent", 1.7, "1", "Exponent of the speed in the growth.",
-                             exponents};
-    hal::In<double> turning_time{this, "turning-time", 600, "s", "Time constant of the turning spindle.",
-                                 times};
-    hal::In<double> stopped_time{this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.",
-                                 times};
+        this, "%-speed-sigma", 0.0, "mu", "Standard uncertainty of that growth.", hal::machine(sigmas)};
+    hal::Axes<hal::In<double>, 3> sigma{this,
+                                        "%-sigma",
+                                        0.002,
+                                        "mu",
+                                        "Standard uncertainty of % with the temperatures of its zero.",
+                                        hal::machine(sigmas)};
+    hal::In<double> reference_speed{
+        this, "reference-speed", 5000, "rpm", "Speed of the speed-growth.", hal::machine(speeds)};
+    hal::In<double> exponent{
+        this, "speed-exponent", 1.7, "1", "Exponent of the speed in the growth.", hal::machine(exponents)};
+    hal::In<double> turning_time{
+        this, "turning-time", 600, "s", "Time constant of the turning spindle.", hal::machine(times)};
+    hal::In<double> stopped_time{
+        this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.", hal::machine(times)};
 
     hal::Effects at_once{this,     hal::Effect::at_once, structure, reference,       low,     high, pivot,
                          by_speed, speed_sigma,          sigma,     reference_speed, exponent};
@@ -207,21 +234,27 @@ struct AxisGrowth final : hal::Component {
     axis_growth::LawPins law{this};
     static constexpr hal::Range smoothings{0, 3600}, ages{0, 1e6}, errors{0, 1}, offsets{0, 100};
     static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5};
-    hal::In<double> smoothing{this,      "smoothing", 60, "s", "Time constant that smooths the temperatures.",
-                              smoothings};
-    hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature.", ages};
+    hal::In<double> smoothing{
+        this, "smoothing", 60, "s", "Time constant that smooths the temperatures.", hal::machine(smoothings)};
+    hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature.", hal::machine(ages)};
     hal::In<double> hold_time{this,
                               "hold-time",
                               1800,
                               "s",
                               "Time without a temperature, after which the offset returns to 0.",
-                              axis_growth::LawPins::times};
-    hal::In<double> harmless{this, "harmless", 0.005, "mu", "An offset this wrong does no harm.", errors};
-    hal::In<double> max_offset{this,   "max-offset", 0.15, "mu", "Largest offset of an axis, either way.",
-                               offsets};
-    hal::In<double> max_rate{this, "max-rate", 0.002, "mu/s", "Fastest change of the offsets but for motion.",
-                             rates};
-    hal::In<double> max_speed{this, "max-speed", 1000, "mu/s", "No axis moves faster.", axis_speeds};
+                              hal::expert(axis_growth::LawPins::times)};
+    hal::In<double> harmless{
+        this, "harmless", 0.005, "mu", "An offset this wrong does no harm.", hal::machine(errors)};
+    hal::In<double> max_offset{
+        this, "max-offset", 0.15, "mu", "Largest offset of an axis, either way.", hal::machine(offsets)};
+    hal::In<double> max_rate{this,
+                             "max-rate",
+                             0.002,
+                             "mu/s",
+                             "Fastest change of the offsets but for motion.",
+                             hal::machine(rates)};
+    hal::In<double> max_speed{
+        this, "max-speed", 1000, "mu/s", "No axis moves faster.", hal::must(axis_speeds)};
 
     hal::Axes<hal::Out<double>, 3> offset{this, "%-offset", "mu", "Offset of %, for its stage."};
     hal::Axes<hal::Out<double>, 3> growth{this, "%-growth", "mu", "Growth of % here and now, by the law."};

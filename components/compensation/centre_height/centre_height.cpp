@@ -20,11 +20,14 @@ namespace plumb {
 struct HeightGauge final : hal::Group {
     using Group::Group;
 
-    hal::In<std::int32_t> kind{this, "gauge-kind", 0, "0 diameter, 1 radius, 2 rectangular, 3 round beam."};
+    static constexpr hal::Range kinds{0, 3}, sizes{0, 1000};
+    hal::In<std::int32_t> kind{this, "gauge-kind", 0, "0 diameter, 1 radius, 2 rectangular, 3 round beam.",
+                               hal::machine(kinds)};
     hal::In<double> diameter{this, "diameter", 0, "mu", "Diameter, or radius, of the cut that was measured."};
     hal::In<double> emitted{this, "emitted-area", 0, "mu2", "Area of the beam before the work."};
     hal::In<double> received{this, "received-area", 0, "mu2", "Area of the beam behind the work."};
-    hal::In<double> size{this, "beam-size", 0, "mu", "Beam along the work; the radius of a round one."};
+    hal::In<double> size{
+        this, "beam-size", 0, "mu", "Beam along the work; the radius of a round one.", hal::machine(sizes)};
 
     struct Reading {
         double diameter = 0;  // mu; NaN if there is none

@@ -97,7 +97,7 @@ struct TipHeight {
         for (std::size_t i = 0; i < cuts.count && result.fault == Detail::none; ++i)
             result.fault = refusal(settings, cuts, i);
         if (result.fault != Detail::none) return result;
-        const std::size_t needed = settings.method == Method::y_step && !settings.x_known ? 3 : 2;
+        const std::size_t needed = settings.method == Method::y_step ? 3 : 2;
         if (cuts.count < needed) {
             result.fault = Detail::too_few;
             return result;
@@ -256,7 +256,6 @@ private:
             all[i].rejected = (rejected >> i & 1) != 0;
         }
         return CutFit::of(all.data(), count, SkewedAxes(settings.angle), settings.sigmas,
-                          {settings.known_x, settings.known_x_sigma, settings.x_known},
                           settings.method == Method::two_lands, settings.largest_burr / 2);
     }
 

@@ -20,86 +20,93 @@ struct HeightSettings final : hal::Group {
     static constexpr std::size_t posts = 4;
     static constexpr double farthest = 1e5;  // mu
     static constexpr hal::Range methods{0, 3}, posts_in_use{0, 3}, signs{-1, 1};
-    static constexpr hal::Range sigmas{0, 1}, lengths{0, farthest}, anywhere{-farthest, farthest};
+    static constexpr hal::Range sigmas{0, 1}, lengths{0, farthest};
     static constexpr hal::Range offsets{-100, 100}, factors{0.5, 2};      // mu, 1
     static constexpr hal::Range between_axes{6, 170}, clearances{0, 85};  // deg
 
     hal::In<std::int32_t> method{this, "method", 1, "0 two cuts, 1 two lands, 2 step of Y, 3 any cuts.",
-                                 methods};
-    hal::In<bool> inside{this, "inside", false, "Internal turning: X goes outward to cut deeper."};
-    hal::In<std::int32_t> post{this, "post", 0, "Slide and spindle in use, 0 to 3.", posts_in_use};
-    hal::Row<hal::In<bool>, posts> x_reversed{this, "x-reversed", false,
-                                              "The tool is on the side of -X: +X goes inward."};
-    hal::Row<hal::In<bool>, posts> inverted{
-        this, "inverted", false, "The tool rubs below the axis: upside down, or reversed spindle."};
+                                 hal::machine(methods)};
+    hal::In<bool> inside{this, "inside", false, "Internal turning: X goes outward to cut deeper.",
+                         hal::machine()};
+    hal::In<std::int32_t> post{this, "post", 0, "Slide and spindle in use, 0 to 3.",
+                               hal::machine(posts_in_use)};
+    hal::Row<hal::In<bool>, posts> x_reversed{
+        this, "x-reversed", false, "The tool is on the side of -X: +X goes inward.", hal::machine()};
+    hal::Row<hal::In<bool>, posts> inverted{this, "inverted", false,
+                                            "The tool rubs below the axis: upside down, or reversed spindle.",
+                                            hal::machine()};
     hal::Row<hal::In<double>, posts> axes_angle{
-        this, "axes-angle", 90, "deg", "Angle from outward X to +Y.", between_axes};
+        this, "axes-angle", 90, "deg", "Angle from outward X to +Y.", hal::machine(between_axes)};
     hal::In<bool> x_is_radius{this, "x-is-radius", false,
-                              "X less x-zero is the programmed radius; entries are compared with it."};
+                              "X less x-zero is the programmed radius; entries are compared with it.",
+                              hal::must()};
     hal::Turning turning{this, x_reversed, axes_angle, x_is_radius};
 
-    hal::In<double> gauge_sigma{this, "gauge-sigma", 0.002, "mu", "Sigma of a measured diameter.", sigmas};
+    hal::In<double> gauge_sigma{
+        this, "gauge-sigma", 0.002, "mu", "Sigma of a measured diameter.", hal::must(sigmas)};
     hal::In<double> gauge_scale_sigma{this,
                                       "gauge-scale-sigma",
                                       0.0002,
                                       "1",
                                       "Sigma of the gauge's error per difference of two diameters.",
-                                      sigmas};
+                                      hal::expert(sigmas)};
     hal::In<double> cut_repeatability{this,
                                       "cut-repeatability",
                                       0.0012,
                                       "mu",
                                       "Sigma of the radius that a cut leaves, built-up edge included.",
-                                      sigmas};
-    hal::In<double> travel_sigma{this, "travel-sigma", 0.001, "mu", "Sigma of a travel of X.", sigmas};
-    hal::In<double> step_sigma{this, "step-sigma", 0.002, "mu", "Sigma of a step of Y.", sigmas};
+                                      hal::machine(sigmas)};
+    hal::In<double> travel_sigma{
+        this, "travel-sigma", 0.001, "mu", "Sigma of a travel of X.", hal::expert(sigmas)};
+    hal::In<double> step_sigma{this, "step-sigma", 0.002, "mu", "Sigma of a step of Y.", hal::expert(sigmas)};
     hal::In<double> drift_sigma{this,
                                 "drift-sigma",
                                 0.0005,
                                 "mu",
                                 "Sigma of the drift from cut to cut: wear, warming, lift of the spindle.",
-                                sigmas};
+                                hal::expert(sigmas)};
     hal::In<double> largest_burr{
         this,
         "largest-burr",
         0,
         "mu",
         "Largest burr on a measured diameter; a height that an unseen one could make moves nothing.",
-        sigmas};
-    hal::In<bool> x_known{this, "x-known", false, "The true X of the first cut is known: known-x."};
-    hal::In<double> known_x{
-        this, "known-x", 0, "mu", "True distance of the tip from the axis at cut 1, in X.", anywhere};
-    hal::In<double> known_x_sigma{this, "known-x-sigma", 0.002, "mu", "Sigma of known-x.", sigmas};
-
-    hal::In<double> land_step{this,   "land-step", 0.2, "mu", "Largest step of Y for lands, either way.",
-                              lengths};
-    hal::In<double> land_diameter{this,   "land-diameter", 0, "mu", "Diameter that the lands will have.",
-                                  lengths};
+        hal::must(sigmas)};
+    hal::In<double> land_step{
+        this, "land-step", 0.2, "mu", "Largest step of Y for lands, either way.", hal::must(lengths)};
+    hal::In<double> land_diameter{
+        this, "land-diameter", 0, "mu", "Diameter that the lands will have.", hal::machine(lengths)};
     hal::In<double> clearance_angle{
-        this, "clearance-angle", 0, "deg", "Clearance of the tool; 0: unchecked.", clearances};
+        this, "clearance-angle", 0, "deg", "Clearance of the tool; 0: unchecked.", hal::must(clearances)};
     hal::In<bool> air_cut_check{this, "air-cut-check", false,
-                                "Each cut is on the land of the one before, and must go deeper."};
-    hal::In<double> stock_diameter{
-        this, "stock-diameter", 0, "mu", "Diameter before the cuts; 0: not checked for air.", lengths};
+                                "Each cut is on the land of the one before, and must go deeper.",
+                                hal::machine()};
+    hal::In<double> stock_diameter{this,
+                                   "stock-diameter",
+                                   0,
+                                   "mu",
+                                   "Diameter before the cuts; 0: not checked for air.",
+                                   hal::machine(lengths)};
     hal::In<double> program_stock{this, "program-stock", 0, "mu",
                                   "Diameter of the stock by a word of a program; 0: the pin stock-diameter."};
-    hal::In<double> stock_sigma{this,  "stock-sigma", 0.01, "mu", "Sigma of the diameter of the stock.",
-                                sigmas};
     hal::In<double> pass_depth{this,
                                "pass-depth",
                                0,
                                "mu",
                                "Depth of the last pass of each cut, in radius; 0: each cut is one pass.",
-                               lengths};
-    hal::In<double> bend_per_depth{
-        this,  "bend-per-depth", 0.005, "1", "Sigma of the bend of work and tool per depth of a pass.",
-        sigmas};
+                               hal::machine(lengths)};
+    hal::In<double> bend_per_depth{this,
+                                   "bend-per-depth",
+                                   0.005,
+                                   "1",
+                                   "Sigma of the bend of work and tool per depth of a pass.",
+                                   hal::expert(sigmas)};
 
     hal::In<bool> at_rest{this, "at-rest", false,
                           "The cuts are spring passes, without bend: the height is that at rest."};
     hal::In<double> tool{this, "program-tool", 0, "1", "Number of the tool; a new one has no bend yet."};
     hal::In<std::int32_t> sign{this, "sign", 0, "Sign of the height for two cuts: 1, -1, or 0 unknown.",
-                               signs};
+                               hal::machine(signs)};
     hal::In<double> program_sign{this, "program-sign", 0, "1",
                                  "Sign by a word of a program: 1, -1; 0: the pin sign."};
     hal::In<double> least_load{this,
@@ -107,38 +114,42 @@ struct HeightSettings final : hal::Group {
                                0,
                                "%",
                                "Smallest load of the spindle that shows a cut; 0: the load is not wired.",
-                               hal::Range{0, 1000}};
+                               hal::machine(hal::Range{0, 1000})};
     hal::In<bool> without_y{this, "without-y", false,
-                            "The machine has no Y: a shim raises the tool by y-move."};
-    hal::In<double> target_height{this, "target-height", 0, "mu", "Height that the tip shall have.", offsets};
-    hal::In<double> correction_offset{this, "correction-offset", 0, "mu", "Added to the height.", offsets};
+                            "The machine has no Y: a shim raises the tool by y-move.", hal::machine()};
+    hal::In<double> target_height{
+        this, "target-height", 0, "mu", "Height that the tip shall have.", hal::expert(offsets)};
+    hal::In<double> correction_offset{this, "correction-offset",    0,
+                                      "mu", "Added to the height.", hal::expert(offsets)};
     hal::In<double> correction_factor{
-        this, "correction-factor", 1, "1", "Multiplies the height before that.", factors};
-    hal::In<double> diameter_offset{this,   "diameter-offset", 0, "mu", "Added to a measured diameter.",
-                                    offsets};
-    hal::In<double> diameter_factor{this,   "diameter-factor", 1, "1", "Multiplies a diameter before that.",
-                                    factors};
-    hal::In<double> max_move{this, "max-move", 0.5, "mu", "Largest move of Y.", lengths};
+        this, "correction-factor", 1, "1", "Multiplies the height before that.", hal::expert(factors)};
+    hal::In<double> diameter_offset{
+        this, "diameter-offset", 0, "mu", "Added to a measured diameter.", hal::expert(offsets)};
+    hal::In<double> diameter_factor{
+        this, "diameter-factor", 1, "1", "Multiplies a diameter before that.", hal::expert(factors)};
+    hal::In<double> max_move{this, "max-move", 0.5, "mu", "Largest move of Y.", hal::must(lengths)};
     hal::In<double> max_x_correction{
-        this, "max-x-correction", 0.5, "mu", "Largest correction of the tool's X.", lengths};
-    hal::In<double> max_sigma{this,   "max-sigma", 0.02, "mu", "Largest sigma of a height that moves Y.",
-                              lengths};
+        this, "max-x-correction", 0.5, "mu", "Largest correction of the tool's X.", hal::must(lengths)};
+    hal::In<double> max_sigma{
+        this, "max-sigma", 0.02, "mu", "Largest sigma of a height that moves Y.", hal::must(lengths)};
     hal::In<double> tolerance{
-        this, "tolerance", 0.002, "mu", "Largest error of Y and X of a tool on centre.", lengths};
-    hal::In<double> target_diameter{this,   "target-diameter", 0, "mu", "Diameter to turn, for target-x.",
-                                    lengths};
+        this, "tolerance", 0.002, "mu", "Largest error of Y and X of a tool on centre.", hal::must(lengths)};
+    hal::In<double> target_diameter{
+        this, "target-diameter", 0, "mu", "Diameter to turn, for target-x.", hal::machine(lengths)};
+
+    // Of a stock that was turned or ground, by a hand micrometer: a cut that is not 30 um deep is none.
+    const double stock_sigma = 0.01 / hal::Owner(this).registrar().millimetres();
 
     struct Values {
         Method method = Method::two_lands;
         std::size_t post = 0;
-        bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, x_known = false,
-             at_rest = false;
+        bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, at_rest = false;
         bool air_cut_check = false, automatic = false, without_y = false, good = false;
         double angle = 0, clearance = 0;  // rad
         CutSigmas sigmas;
-        double known_x = 0, known_x_sigma = 0, land_step = 0, land_diameter = 0, stock_diameter = 0;
-        double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 1;
-        double diameter_offset = 0, diameter_factor = 1, max_move = 0, max_sigma = 0, tolerance = 0;
+        double land_step = 0, land_diameter = 0, stock_diameter = 0;
+        double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 0;
+        double diameter_offset = 0, diameter_factor = 0, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
         double stock_sigma = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0, least_load = 0;
 
@@ -173,7 +184,6 @@ struct HeightSettings final : hal::Group {
         now.outward_is_minus = x_reversed[now.post];
         now.inverted = inverted[now.post];
         now.x_is_radius = x_is_radius;
-        now.x_known = x_known;
         now.air_cut_check = air_cut_check;
         now.without_y = without_y;
         now.at_rest = at_rest;
@@ -187,14 +197,12 @@ struct HeightSettings final : hal::Group {
         now.sigmas.step = read(step_sigma);
         now.sigmas.drift = read(drift_sigma);
         now.largest_burr = read(largest_burr);
-        now.known_x = read(known_x);
-        now.known_x_sigma = read(known_x_sigma);
         now.land_step = read(land_step);
         now.land_diameter = read(land_diameter);
         const double own_stock = read(stock_diameter), its_stock = program_stock;
         const bool has_stock = its_stock >= 0 && its_stock <= farthest;
         now.stock_diameter = its_stock > 0 ? its_stock : own_stock;
-        now.stock_sigma = read(stock_sigma);
+        now.stock_sigma = stock_sigma;
         now.pass_depth = read(pass_depth);
         now.sigmas.bend = read(bend_per_depth);
         now.max_x_correction = read(max_x_correction);

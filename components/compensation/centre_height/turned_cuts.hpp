@@ -113,11 +113,6 @@ public:
 
     enum class Refusal : std::int32_t { none, too_few, no_step, no_solution };
 
-    struct Known {  // an x of the first cut that is known from elsewhere
-        double x = 0, sigma = 0;
-        bool valid = false;
-    };
-
     // The cut whose residual is the largest in its own sigmas, above 0 if its radius is too large, and how
     // much more chi squared falls without it than without any other cut.
     struct Suspect {
@@ -147,7 +142,7 @@ public:
     // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X. `outlier` is the largest
     // error of a radius beyond its noise, as by a burr.
     static CutFit of(const Cut* cuts, std::size_t count, const SkewedAxes& axes, const CutSigmas& sigmas,
-                     const Known& known, bool lands = false, double outlier = 0) noexcept {
+                     bool lands = false, double outlier = 0) noexcept {
         CutFit fit;
         if (count < 2 || count > most) return refused(Refusal::too_few);
         std::array<Point, most> points;
@@ -177,14 +172,14 @@ public:
         const double r1 = cuts[0].radius;
         double y = -(points[0].dy + points[farthest].dy) / 2;
         for (int round = 0; round < 60; ++round) {
-            const double x = known.valid ? known.x : std::sqrt(std::max(r1 * r1 - y * y, 0.0));
+            const double x = std::sqrt(std::max(r1 * r1 - y * y, 0.0));
             fit = CutFit{};
-            fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y, unequal);
+            fit.solve(points.data(), count, scale, find_x, sigmas, x, y, unequal);
             if (fit.refusal != Refusal::none) return fit;
             const double change = std::abs(fit.y - y);
             y = fit.y;
             if (change <= 1e-14 * r1 || (find_x && round == 2)) {
-                fit.solve(points.data(), count, scale, find_x, sigmas, known, x, y, unequal, &outlier);
+                fit.solve(points.data(), count, scale, find_x, sigmas, x, y, unequal, &outlier);
                 return fit;
             }
             if (!(change <= r1)) break;
@@ -204,7 +199,7 @@ private:
         double x, y;
     };
 
-    static constexpr int rows_most = most + 7, unknowns_most = 9;
+    static constexpr int rows_most = most + 6, unknowns_most = 9;
     static constexpr double undetected = 4;     // sigmas of a residual at which it shows in five of six cases
     static constexpr double negligible = 1e-6;  // weight of a rejected cut, so that no row is missing
     static constexpr double steadiness = 20;    // cuts in which a drift changes by itself, at the soonest
@@ -222,20 +217,20 @@ private:
     // With x as an unknown, or with the given one; `y_now` is about y. Each row has a noise of 1. With
     // `outlier` it looks for one, too.
     void solve(const Point* points, std::size_t count, const Scale& scale, bool find_x,
-               const CutSigmas& sigmas, const Known& known, double given_x, double y_now, bool unequal,
+               const CutSigmas& sigmas, double given_x, double y_now, bool unequal,
                const double* outlier = nullptr) noexcept {
-        const bool with_known = find_x && known.valid, drifts = sigmas.drift > 0, scales = sigmas.scale > 0;
+        const bool drifts = sigmas.drift > 0, scales = sigmas.scale > 0;
         const int needed = find_x ? 3 : 2, y_column = needed - 1, scale_column = needed + (drifts ? 3 : 0);
         const bool bends = unequal && sigmas.bend > 0;
         const int bend_column = scale_column + (scales ? 1 : 0), unknowns = bend_column + (bends ? 2 : 0);
-        const int cuts = static_cast<int>(count), measured = cuts + (with_known ? 1 : 0);
+        const int cuts = static_cast<int>(count);
         const int rejected = static_cast<int>(
             std::count_if(points, points + count, [](const Point& p) { return p.rejected; }));
-        if (measured - rejected < needed) return void(*this = refused(Refusal::too_few));
+        if (cuts - rejected < needed) return void(*this = refused(Refusal::too_few));
         const double r1 = points[0].radius, width = r1 * scale.y;
         const double per_drift = width / r1;  // of one unit of the unknowns drift and rise
 
-        Rows a = Rows::Zero(measured + (unknowns - needed), unknowns);
+        Rows a = Rows::Zero(cuts + (unknowns - needed), unknowns);
         Column b = Column::Zero(a.rows());
         const double per_radius = std::max(sigmas.radius(), 1e-12 * r1);
         const double per_x = sigmas.travel / std::sqrt(2.0), per_y = sigmas.step / std::sqrt(2.0);
@@ -265,18 +260,13 @@ private:
                       (find_x ? 0 : 2 * given_x * p.dx)) /
                      width;
         }
-        if (with_known) {
-            const double weight = width / (scale.x * std::max(known.sigma, 1e-12 * r1));
-            a(cuts, 1) = weight;
-            b(cuts) = weight * known.x * scale.x / width;
-        }
         if (drifts) {
-            a(measured, needed) = a(measured + 1, needed + 1) = per_drift / sigmas.drift;
-            a(measured + 2, needed + 2) = steadiness * per_drift / sigmas.drift;
+            a(cuts, needed) = a(cuts + 1, needed + 1) = per_drift / sigmas.drift;
+            a(cuts + 2, needed + 2) = steadiness * per_drift / sigmas.drift;
         }
-        if (scales) a(measured + scale_column - needed, scale_column) = 1 / sigmas.scale;
+        if (scales) a(cuts + scale_column - needed, scale_column) = 1 / sigmas.scale;
         if (bends) {
-            const int bend_row = measured + bend_column - needed;
+            const int bend_row = cuts + bend_column - needed;
             a(bend_row, bend_column) = a(bend_row + 1, bend_column + 1) = 1 / sigmas.bend;
         }
 
@@ -321,7 +311,7 @@ private:
         }
         const int others = static_cast<int>(a.rows()) - unknowns;  // dimensions of the residuals
         redundant = others - rejected;
-        spare = measured - rejected - needed;
+        spare = cuts - rejected - needed;
         if (redundant > 0) {
             const double chi = b.tail(others).squaredNorm();
             excess = std::max(0.0, std::sqrt(2 * chi) - std::sqrt(2.0 * redundant - 1));

@@ -33,25 +33,22 @@ struct Chopping final : hal::Component {
     hal::In<bool> stop{this, "stop", false,
                        "True ends strokes as run false does, and refuses a start: for a button."};
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
-    hal::Permission permission{this, interlock, "Strokes are permitted; false withdraws the axis to position.",
-                               true};
+    hal::Permission permission{this, interlock,
+                               "Strokes are permitted; false withdraws the axis to position.", true};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
-    hal::In<bool> feed_hold{this, "feed-hold", false, "Stand where hold-kind selects, and go on when false."};
+    hal::In<bool> feed_hold{this, "feed-hold", false, "Stand at the next dead point, and go on when false."};
     hal::In<bool> emergency_hold{this, "emergency-hold", false,
                                  "Brake at once and stand within the region, also amid a stroke, where a "
                                  "wheel in contact marks the work."};
     hal::In<bool> go_to_end{this, "go-to-end", false,
                             "A rising edge moves the axis to position, and ends strokes."};
     hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
-    hal::In<bool> shift_at_crossing{this, "shift-at-crossing", false,
-                                    "A crossing of crossing-at takes over the dead points, too."};
-    hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
-    hal::In<double> crossing_at{this, "crossing-at", 0, "mu", "Coordinate that it crosses, either way."};
     hal::In<bool> program_running{this, "program-running", false,
                                   "A part program runs, not an MDI command. Strokes that it began end "
                                   "when it becomes false."};
-    hal::In<bool> outlast{this, "outlast", false, "Strokes go on when the program that began them ends."};
+    hal::In<bool> outlast{this, "outlast", false, "Strokes go on when the program that began them ends.",
+                          hal::machine()};
     hal::In<double> position{this, "position", 0, "mu",
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
@@ -67,7 +64,6 @@ struct Chopping final : hal::Component {
         this, "stage-released", -1,
         "Net released of joint_offset: with 1, machine off has made the offset "
         "part of position; -1 without such a stage."};
-    hal::In<double> pulse_time{this, "pulse-time", 0.02, "s", "Length of the infeed pulses."};
     hal::In<double> program_word{this, "program-word", 0, "1",
                                  "Number of a word of the program, whose value is program-value; each change "
                                  "takes it. chop_numbers.ngc has the numbers."};
@@ -135,17 +131,7 @@ struct Chopping final : hal::Component {
 private:
     StrokingAxis::Inputs judged() noexcept {
         StrokingAxis::Inputs its;
-        its.orders = {run,
-                      stop,
-                      permission.enabled(),
-                      go_to_end,
-                      shift,
-                      shift_at_crossing,
-                      program_running,
-                      outlast,
-                      crossing_position,
-                      crossing_at,
-                      StrokingAxis::farthest};
+        its.orders = {run, stop, permission.enabled(), go_to_end, shift, program_running, outlast};
         its.feed_hold = feed_hold;
         // Somebody has let go of the button, or the program has died.
         const bool untried = permission.reason() == hal::Common::uncommissioned ||
@@ -164,7 +150,6 @@ private:
         const double motor = motor_feedback;
         motor_ = usable(motor, StrokingAxis::farthest, motor_);
         its.motor = motor_;
-        its.pulse = usable(pulse_time, 3600, 0);
         its.word = program_word;
         its.word_value = program_value;
         return its;
@@ -218,7 +203,7 @@ private:
     }
 
     StrokingAxis axis_;
-    double motor_ = 0;             // mu, the last good one
+    double motor_ = 0;  // mu, the last good one
 };
 
 hal::Model hal::model() {

@@ -15,9 +15,11 @@ public:
         if (since_lower_ >= 0) since_lower_ += dt;
     }
 
-    // A dead point, with a pulse of so many s.
-    void arrive(bool upper, double pulse) noexcept {
-        pulse_left_[upper] = pulse;
+    static constexpr double pulse_time = 0.02;  // s, which a PLC with a scan of 10 ms sees
+
+    // A dead point, with or without infeed.
+    void arrive(bool upper, bool infeed) noexcept {
+        pulse_left_[upper] = infeed ? pulse_time : 0;
         if (upper) return;
         if (since_lower_ >= 0) time_ = since_lower_;
         since_lower_ = 0;

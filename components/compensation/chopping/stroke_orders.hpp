@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/chopping/crossing.hpp"
 #include "components/math/blocks/edge.hpp"
 
 #include <algorithm>
@@ -15,9 +14,7 @@ public:
     // The bits of a period.
     struct Given {
         bool run = false, stop = false, enable = true, go_to_end = false, shift = false;
-        bool shift_at_crossing = false;
         bool program_running = false, outlasts = false;  // outlasts: strokes go on when their program ends
-        double crossing_position = 0, crossing_at = 0, farthest = 0;  // mu
     };
 
     // The orders of a period. An order to go to the end goes before a start.
@@ -39,8 +36,7 @@ public:
         watch_program(given, now.starts, dt);
         now.ordered = given.run && !ended_;
         now.runs = now.ordered && !given.stop;
-        const bool crosses = crossing_.step(given.crossing_position, given.crossing_at, given.farthest);
-        now.shifts = shift_.changes(given.shift) || (crosses && given.shift_at_crossing);
+        now.shifts = shift_.changes(given.shift);
         return now;
     }
 
@@ -63,7 +59,6 @@ private:
     double since_start_ = 2 * patience;  // s
     bool of_program_ = false, ended_ = false;
     Edge run_, end_, shift_;
-    Crossing crossing_;
 };
 
 }  // namespace plumb

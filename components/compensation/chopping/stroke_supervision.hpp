@@ -23,7 +23,6 @@ public:
     struct Seen {
         bool measurable = false;
         double measured = 0, commanded = 0;  // mu
-        double pulse = 0;                    // s, of the infeed at a dead point
         double motor = 0;                    // mu, by the encoder of the motor
     };
 
@@ -69,11 +68,9 @@ public:
         const double commanded = std::exchange(last_commanded_, seen.commanded);
         recovery_ = std::max(recovery_ - dt, 0.0);
         if (seen.measurable) phase_.step(seen.measured, motion.oscillation().plan());
-        arrive(seen, motion, in_force, dt);
-        watch_end({seen.measurable, seen.measured, commanded, seen.pulse, seen.motor}, motion, values.learn,
-                  dt, found);
-        look({seen.measurable, seen.measured, commanded, seen.pulse, seen.motor}, motion, in_force, dt,
-             found);
+        arrive(motion, in_force, dt);
+        watch_end({seen.measurable, seen.measured, commanded, seen.motor}, motion, values.learn, dt, found);
+        look({seen.measurable, seen.measured, commanded, seen.motor}, motion, in_force, dt, found);
         return found;
     }
 
@@ -108,12 +105,12 @@ private:
     static constexpr int most_cycles = 30;        // of learning
     static constexpr double recovery_time = 0.5;  // s
 
-    void arrive(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
+    void arrive(const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
         clock_.step(dt);
         const Oscillation::Arrival& arrival = motion.oscillation().arrival();
         if (!motion.moves() || !arrival.happened) return;
         watch_.arrive(arrival);
-        clock_.arrive(arrival.upper, arrival.infeed ? seen.pulse : 0);
+        clock_.arrive(arrival.upper, arrival.infeed);
         if (!arrival.upper) fit_cycle_time(motion.oscillation(), in_force);
     }
 

@@ -41,7 +41,6 @@ public:
         double position = 0;              // point R
         double joint = 0, applied = 0;    // measured, and the offset that this lacks
         double motor = 0;                 // by the encoder of the motor
-        double pulse = 0;                 // s, of the infeed
         double word = 0, word_value = 0;  // of the program
     };
 
@@ -232,7 +231,7 @@ private:
     }
 
     StrokeSupervision::Seen seen(const Now& now) const noexcept {
-        return {now.measurable, now.measured, command(), now.given.pulse, now.given.motor};
+        return {now.measurable, now.measured, command(), now.given.motor};
     }
 
     void generate(const Now& now, double dt) noexcept {
@@ -263,7 +262,8 @@ private:
         const StrokeValues& values = in_force_.values();
         hold_ordered_ = given.emergency_hold || given.feed_hold;
         if (given.emergency_hold || supervision_.recovers()) return Oscillation::Stop::at_once;
-        return given.feed_hold || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
+        return given.feed_hold || values.override_value == 0 ? Oscillation::Stop::dead_point
+                                                             : Oscillation::Stop::none;
     }
 
     void supervise(const Now& now, double dt) noexcept {

@@ -43,10 +43,10 @@ public:
                 double& position = motion_.position[coordinate(axis)];
                 double& velocity = motion_.velocity[coordinate(axis)];
                 const double last = position;
-                const bool known =
-                    std::abs(p) <= SquarenessAxis::farthest && std::abs(v) <= SquarenessAxis::farthest;
+                const bool known = std::abs(p) <= SquarenessRanges::places.most &&
+                                   std::abs(v) <= SquarenessRanges::places.most;
                 motion_known_ &= known;
-                position = usable(p, SquarenessAxis::farthest, position);
+                position = usable(p, SquarenessRanges::places.most, position);
                 velocity = known ? v : 0;
                 jumped |= std::abs(position - last) > way;
             }
@@ -61,8 +61,8 @@ public:
         tool_known_ = true;
         for (int i = 0; i < 3; ++i) {
             const double offset = tool_offset[i];
-            tool_known_ &= std::abs(offset) <= SquarenessSettings::longest;
-            tool_[i] = -usable(offset, SquarenessSettings::longest, -tool_[i]);
+            tool_known_ &= std::abs(offset) <= SquarenessRanges::tools.most;
+            tool_[i] = -usable(offset, SquarenessRanges::tools.most, -tool_[i]);
         }
     }
 
@@ -71,10 +71,10 @@ private:
         const SquarenessRotary& pins = settings.rotaries[r];
         const double sign = settings.values().rotaries[static_cast<std::size_t>(r)].reversed ? -1 : 1;
         const double angle = sign * pins.position, rate = sign * pins.velocity, last = motion_.angles[r];
-        const bool known =
-            std::abs(angle) <= SquarenessRotary::farthest && std::abs(rate) <= SquarenessRotary::farthest;
+        const bool known = std::abs(angle) <= SquarenessRanges::places.most &&
+                           std::abs(rate) <= SquarenessRanges::places.most;
         motion_known_ &= known;
-        motion_.angles[r] = usable(angle, SquarenessRotary::farthest, last);
+        motion_.angles[r] = usable(angle, SquarenessRanges::places.most, last);
         motion_.rates[r] = known ? rate : 0;
         return std::abs(motion_.angles[r] - last) > turn;
     }
@@ -96,9 +96,10 @@ struct Reversal final : hal::Group {
     hal::Axes<hal::Out<double>, 6> direction{
         this, "%-direction", "1",
         "Direction in which % moved last: 1 to the + end, -1 to the - end, 0 unknown."};
-    hal::Out<bool> doubtful{this, "direction-doubtful",
-                            "The errors of an axis differ by direction, and the direction of its last move is not "
-                            "certain."};
+    hal::Out<bool> doubtful{
+        this, "direction-doubtful",
+        "The errors of an axis differ by direction, and the direction of its last move is not "
+        "certain."};
 
     // Each period, first: d goes on, at the acceleration and rate that the joints can share. `fresh`: the
     // tables are new. Then, and with another acceleration, a d on its way starts again at its value: it could

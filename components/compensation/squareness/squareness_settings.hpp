@@ -17,30 +17,87 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <tuple>
 #include <type_traits>
 
 namespace plumb {
 
+// What an axis may be set to.
+struct SquarenessRanges {
+    static constexpr hal::Range places{-1e6, 1e6}, tilts{-0.1, 0.1}, misplacements{-10, 10}, tools{-1e4, 1e4};
+
+    // An invalid value keeps its last good one, and sets `bad`.
+    static void make_usable(double& value, const hal::Range& range, double last, bool& bad) noexcept {
+        if (range.contains(value)) return;
+        value = last;
+        bad = true;
+    }
+};
+
+// Errors of an axis about or along each of the others: about or along itself they are its zero, or are those
+// of the axes that it carries. By number of X, Y, Z.
+class CrossErrors final : hal::Group {
+public:
+    // `first` is the letter of the error X: a of EA0Y, x of EX0C. The sentence is "EA0Y: tilt of Y about X.":
+    // `of` stands before the last word, `after` behind it.
+    CrossErrors(hal::Owner owner, char first, const char* unit, const char* of, const char* after,
+                const hal::Range& range)
+        : Group(owner),
+          own_((owner.axis() - (owner.axis() < 'd'   ? 'a'
+                                : owner.axis() < 'x' ? 'u'
+                                                     : 'x')) %
+               3),
+          pins_{{this, name(first, 0), 0, unit, sentence(first, 0, of, after), hal::machine(range)},
+                {this, name(first, 1), 0, unit, sentence(first, 1, of, after), hal::machine(range)}} {}
+
+    Eigen::Vector3d read() const noexcept {
+        Eigen::Vector3d errors = Eigen::Vector3d::Zero();
+        errors[other(0)] = pins_[0];
+        errors[other(1)] = pins_[1];
+        return errors;
+    }
+    int other(int which) const noexcept { return which + (which >= own_ ? 1 : 0); }
+    std::string name(char first, int which) const {
+        return std::string("e") + static_cast<char>(first + other(which)) + "0%";
+    }
+    // As in ISO 230-1: EA0 and the axis.
+    std::string code(char first, int which) const {
+        return std::string("E") + static_cast<char>(first - 'a' + 'A' + other(which)) + "0%";
+    }
+
+    const hal::In<double>* begin() const noexcept { return pins_; }
+    const hal::In<double>* end() const noexcept { return pins_ + 2; }
+
+private:
+    std::string sentence(char first, int which, const char* of, const char* after) const {
+        return code(first, which) + ": " + of + static_cast<char>('X' + other(which)) + after;
+    }
+
+    const int own_;
+    const hal::In<double> pins_[2];
+};
+
 // The pins of one axis: its motion, its settings, and its tilt in force.
 struct SquarenessAxis final : hal::Group {
     using Group::Group;
-
-    static constexpr double farthest = 1e6;  // mu, and mu/s
+    using Ranges = SquarenessRanges;
 
     hal::In<double> position{this, "%-position", 0, "mu", "Commanded position of %, uncorrected."};
     hal::In<double> velocity{this, "%-velocity", 0, "mu/s", "Commanded velocity of %, uncorrected."};
-    hal::In<double> pivot{this, "%-pivot", 0, "mu", "Position of % at which its tilt displaces nothing."};
+    hal::In<double> pivot{this,
+                          "%-pivot",
+                          0,
+                          "mu",
+                          "Position of % at which its tilt displaces nothing.",
+                          hal::machine(Ranges::places)};
     hal::In<bool> tool_follows{this, "%-tool-follows", true,
-                               "The tool, or the work, turned with %; false: it was set up square."};
-    hal::In<double> ea0{this, "ea0%", 0, "rad", "EA0%: tilt of % about X."};
-    hal::In<double> eb0{this, "eb0%", 0, "rad", "EB0%: tilt of % about Y."};
-    hal::In<double> ec0{this, "ec0%", 0, "rad", "EC0%: tilt of % about Z."};
-    hal::Turning turning{this, ea0, eb0, ec0, tool_follows};
-    hal::Effects at_once{this, hal::Effect::at_once, position, pivot, tool_follows, ea0, eb0, ec0};
-    hal::Out<double> ea0_in_use{this, "ea0%-in-use", "rad", "EA0% in force."};
-    hal::Out<double> eb0_in_use{this, "eb0%-in-use", "rad", "EB0% in force."};
-    hal::Out<double> ec0_in_use{this, "ec0%-in-use", "rad", "EC0% in force."};
+                               "The tool, or the work, turned with %; false: it was set up square.",
+                               hal::machine()};
+    CrossErrors tilts{this, 'a', "rad", "tilt of % about ", ".", Ranges::tilts};
+    hal::Turning turning{this, tilts, tool_follows};
+    hal::Effects at_once{this, hal::Effect::at_once, position, pivot, tool_follows, tilts};
+    hal::Out<double> in_use[2]{in_use_of(0), in_use_of(1)};
 
     struct Settings {
         double pivot = 0;                                  // mu
@@ -53,51 +110,62 @@ struct SquarenessAxis final : hal::Group {
         }
         bool names_nothing() const noexcept { return pivot == 0 && angles.isZero(0); }
 
-        // An invalid value keeps its last good one, and sets `bad`.
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
             if (now == last) return now;
-            now.pivot = plumb::usable(pivot, farthest, last.pivot);
+            Ranges::make_usable(now.pivot, Ranges::places, last.pivot, bad);
             for (int i = 0; i < 3; ++i)
-                if (!(std::abs(angles[i]) < 0.1)) now.angles[i] = last.angles[i];
-            bad |= !(now == *this);
+                Ranges::make_usable(now.angles[i], Ranges::tilts, last.angles[i], bad);
             return now;
         }
     };
 
-    Settings read() const noexcept { return {pivot, {ea0, eb0, ec0}, tool_follows}; }
+    Settings read() const noexcept { return {pivot, tilts.read(), tool_follows}; }
 
-    void show(const Eigen::Vector3d& in_use) noexcept {
-        ea0_in_use = in_use[0];
-        eb0_in_use = in_use[1];
-        ec0_in_use = in_use[2];
+    void show(const Eigen::Vector3d& angles) noexcept {
+        for (int i = 0; i < 2; ++i) in_use[i] = angles[tilts.other(i)];
+    }
+
+private:
+    hal::Out<double> in_use_of(int which) {
+        return {this, tilts.name('a', which) + "-in-use", "rad", tilts.code('a', which) + " in force."};
     }
 };
 
 // The pins of a rotary axis: its motion, its place on the machine, and the errors of that place.
 struct SquarenessRotary final : hal::Group {
     using Group::Group;
-
-    static constexpr double farthest = 1e6;  // deg, and deg/s
-    static constexpr double misplaced = 10;  // mu
+    using Ranges = SquarenessRanges;
 
     hal::In<double> position{this, "%-position", 0, "deg",
                              "Commanded position of %, if the option rotary names it."};
     hal::In<double> velocity{this, "%-velocity", 0, "deg/s", "Commanded velocity of %."};
     hal::In<bool> reversed{this, "%-reversed", false,
-                           "% turns against ISO 841, as in xyzac-trt-kins without conventional-directions."};
-    hal::In<double> x{this, "%-x-pivot", 0, "mu", "X of a point of the axis of %, all axes at 0."};
-    hal::In<double> y{this, "%-y-pivot", 0, "mu", "Y of a point of the axis of %, all axes at 0."};
-    hal::In<double> z{this, "%-z-pivot", 0, "mu", "Z of a point of the axis of %, all axes at 0."};
-    hal::In<double> ex0{this, "ex0%", 0, "mu", "EX0%: place of % along X, actual minus nominal."};
-    hal::In<double> ey0{this, "ey0%", 0, "mu", "EY0%: place of % along Y, actual minus nominal."};
-    hal::In<double> ez0{this, "ez0%", 0, "mu", "EZ0%: place of % along Z, actual minus nominal."};
-    hal::In<double> ea0{this, "ea0%", 0, "rad", "EA0%: tilt of % about X."};
-    hal::In<double> eb0{this, "eb0%", 0, "rad", "EB0%: tilt of % about Y."};
-    hal::In<double> ec0{this, "ec0%", 0, "rad", "EC0%: tilt of % about Z."};
-    hal::Turning turning{this, reversed, ex0, ey0, ez0, ea0, eb0, ec0};
-    hal::Effects at_once{this, hal::Effect::at_once, position, reversed, x, y, z, ex0, ey0, ez0, ea0, eb0,
-                         ec0};
+                           "% turns against ISO 841, as in xyzac-trt-kins without conventional-directions.",
+                           hal::machine()};
+    hal::In<double> x{this,
+                      "%-x-pivot",
+                      0,
+                      "mu",
+                      "X of a point of the axis of %, all axes at 0.",
+                      hal::machine(Ranges::places)};
+    hal::In<double> y{this,
+                      "%-y-pivot",
+                      0,
+                      "mu",
+                      "Y of a point of the axis of %, all axes at 0.",
+                      hal::machine(Ranges::places)};
+    hal::In<double> z{this,
+                      "%-z-pivot",
+                      0,
+                      "mu",
+                      "Z of a point of the axis of %, all axes at 0.",
+                      hal::machine(Ranges::places)};
+    CrossErrors misplacement{
+        this, 'x', "mu", "place of % along ", ", actual minus nominal.", Ranges::misplacements};
+    CrossErrors tilts{this, 'a', "rad", "tilt of % about ", ".", Ranges::tilts};
+    hal::Turning turning{this, reversed, misplacement, tilts};
+    hal::Effects at_once{this, hal::Effect::at_once, position, reversed, x, y, z, misplacement, tilts};
 
     struct Settings {
         bool reversed = false;
@@ -111,21 +179,19 @@ struct SquarenessRotary final : hal::Group {
         }
         bool names_nothing() const noexcept { return point.isZero(0) && error.isZero(0) && angles.isZero(0); }
 
-        // An invalid value keeps its last good one, and sets `bad`.
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
             if (now == last) return now;
             for (int i = 0; i < 3; ++i) {
-                now.point[i] = plumb::usable(point[i], farthest, last.point[i]);
-                now.error[i] = plumb::usable(error[i], misplaced, last.error[i]);
-                if (!(std::abs(angles[i]) < 0.1)) now.angles[i] = last.angles[i];
+                Ranges::make_usable(now.point[i], Ranges::places, last.point[i], bad);
+                Ranges::make_usable(now.error[i], Ranges::misplacements, last.error[i], bad);
+                Ranges::make_usable(now.angles[i], Ranges::tilts, last.angles[i], bad);
             }
-            bad |= !(now == *this);
             return now;
         }
     };
 
-    Settings read() const noexcept { return {reversed, {x, y, z}, {ex0, ey0, ez0}, {ea0, eb0, ec0}}; }
+    Settings read() const noexcept { return {reversed, {x, y, z}, misplacement.read(), tilts.read()}; }
 };
 
 // The squareness settings of integrator and operator, and the set in force: the last one that did not
@@ -133,46 +199,67 @@ struct SquarenessRotary final : hal::Group {
 struct SquarenessSettings final : hal::Group {
     using Group::Group;
 
-    static constexpr double longest = 1e4;  // mu, of a tool
-
     hal::Axes<SquarenessAxis, 6> axes{this};
     SquarenessRotary rotaries[3]{{hal::Owner(this, 'a')}, {hal::Owner(this, 'b')}, {hal::Owner(this, 'c')}};
     hal::In<bool> axis_direction{
         this, "axis-direction", false,
-        "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries."};
+        "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries.",
+        hal::machine()};
     hal::In<bool> to_bed{this, "to-bed", false,
                          "The tilt of an axis on a parallel axis was measured against the bed; false: "
-                         "against the parallel axis."};
+                         "against the parallel axis.",
+                         hal::machine()};
     hal::In<bool> parallel_axis_corrects{
         this, "parallel-axis-corrects", false,
-        "U, V or W corrects its own travel; false: it stays, and X, Y and Z correct for it."};
-    hal::In<double> radial_offset{this, "radial-offset", 0, "mu",
-                                  "Distance of the tip from the tool's axis."};
-    hal::In<double> radial_direction{this, "radial-direction", 0, "deg",
-                                     "Direction of the tip, from +X towards +Y."};
+        "U, V or W corrects its own travel; false: it stays, and X, Y and Z correct for it.", hal::machine()};
+    hal::In<double> radial_offset{this,
+                                  "radial-offset",
+                                  0,
+                                  "mu",
+                                  "Distance of the tip from the tool's axis.",
+                                  hal::machine(SquarenessRanges::tools)};
+    static constexpr hal::Range directions{-1e6, 1e6};
+    hal::In<double> radial_direction{this,
+                                     "radial-direction",
+                                     0,
+                                     "deg",
+                                     "Direction of the tip, from +X towards +Y.",
+                                     hal::machine(directions)};
     hal::In<bool> radial_is_diameter{this, "radial-is-diameter", false,
-                                     "The radial offset is given as a diameter."};
+                                     "The radial offset is given as a diameter.", hal::machine()};
     hal::Turning turning{this,          axis_direction,    to_bed, parallel_axis_corrects,
                          radial_offset, radial_is_diameter};
-    hal::Axes<hal::In<double>, 3> reference_tool_offset{
-        this, "%-reference-tool-offset", 0, "mu",
-        "Offset in % of the tool with which the origin of the work was set."};
     static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
         settling_times{1e-3, 3600}, distances{1e-7, 0.1}, rotary_speeds{1e-3, 1e5}, reversal_rates{1e-6, 100},
         accelerations{1e-3, 1e5};
-    hal::In<double> max_angle{this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", tilts};
-    hal::In<double> max_correction{
-        this, "max-correction", 1, "mu", "Maximum correction of an axis, in either direction.", corrections};
-    hal::In<double> max_rate{
-        this, "max-rate", 0.1, "mu/s", "Maximum rate of change of the correction that motion does not cause.",
-        rates};
-    hal::In<double> max_speed{
-        this,  "max-speed", 0, "mu/s", "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
-        speeds};
+    hal::In<double> max_speed{this,
+                              "max-speed",
+                              0,
+                              "mu/s",
+                              "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
+                              hal::must(speeds)};
     hal::In<double> max_rotary_speed{
-        this, "max-rotary-speed", 3600, "deg/s", "Maximum speed of A, B and C.", rotary_speeds};
-    hal::In<double> settling_time{
-        this, "settling-time", 10, "s", "Maximum time for which settling is true.", settling_times};
+        this, "max-rotary-speed", 3600, "deg/s", "Maximum speed of A, B and C.", hal::machine(rotary_speeds)};
+    hal::In<double> max_angle{
+        this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", hal::expert(tilts)};
+    hal::In<double> max_correction{this,
+                                   "max-correction",
+                                   1,
+                                   "mu",
+                                   "Maximum correction of an axis, in either direction.",
+                                   hal::machine(corrections)};
+    hal::In<double> max_rate{this,
+                             "max-rate",
+                             0.1,
+                             "mu/s",
+                             "Maximum rate of change of the correction that motion does not cause.",
+                             hal::machine(rates)};
+    hal::In<double> settling_time{this,
+                                  "settling-time",
+                                  10,
+                                  "s",
+                                  "Maximum time for which settling is true.",
+                                  hal::expert(settling_times)};
 
     hal::In<double> reversal_distance{
         this,
@@ -180,39 +267,30 @@ struct SquarenessSettings final : hal::Group {
         DirectionOfMotion::usual_distance,
         "mu",
         "Distance that an axis goes back until its direction of motion is the other one.",
-        distances};
+        hal::expert(distances)};
     hal::In<double> reversal_rate{this,
                                   "reversal-rate",
                                   0.9,
                                   "mu/s",
                                   "Maximum rate of change of the correction where an axis turns.",
-                                  reversal_rates};
+                                  hal::machine(reversal_rates)};
     hal::In<double> reversal_acceleration{this,
                                           "reversal-acceleration",
                                           DirectionOfMotion::usual_acceleration,
                                           "mu/s2",
                                           "Maximum acceleration of the correction where an axis turns.",
-                                          accelerations};
+                                          hal::machine(accelerations)};
 
-    hal::Effects at_once{this,
-                         hal::Effect::at_once,
-                         axis_direction,
-                         to_bed,
-                         parallel_axis_corrects,
-                         radial_offset,
-                         radial_direction,
-                         radial_is_diameter,
-                         reference_tool_offset,
-                         max_angle,
-                         max_correction};
+    hal::Effects at_once{
+        this,          hal::Effect::at_once, axis_direction,     to_bed,    parallel_axis_corrects,
+        radial_offset, radial_direction,     radial_is_diameter, max_angle, max_correction};
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
         std::array<SquarenessRotary::Settings, 3> rotaries;
         bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
              radial_is_diameter = false;
-        double radial_offset = 0, radial_direction = 0;                   // mu, deg
-        Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
+        double radial_offset = 0, radial_direction = 0;  // mu, deg
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
         double max_rotary_speed = 0, reversal_distance = 0, reversal_rate = 0, reversal_acceleration = 0;
 
@@ -236,7 +314,7 @@ struct SquarenessSettings final : hal::Group {
         }
         TiltDatum datum() const noexcept { return to_bed ? TiltDatum::bed : TiltDatum::rail; }
         double radius() const noexcept { return radial_is_diameter ? radial_offset / 2 : radial_offset; }
-        bool directed() const noexcept { return std::abs(radial_direction) <= 1e6; }
+        bool directed() const noexcept { return directions.contains(radial_direction); }
     };
 
     void prepare(const AxisChain& chain) noexcept {
@@ -284,7 +362,6 @@ private:
         take(given_.radial_is_diameter, radial_is_diameter);
         take(given_.radial_offset, radial_offset);
         take(given_.radial_direction, radial_direction);
-        for (int i = 0; i < 3; ++i) take(given_.reference_tool_offset[i], reference_tool_offset[i]);
         take(given_.max_angle, max_angle);
         take(given_.max_correction, max_correction);
         take(given_.max_rate, max_rate);
@@ -329,14 +406,9 @@ private:
             now.axes[i] = given.axes[i].usable(values_.axes[i], bad);
         for (std::size_t i = 0; i < now.rotaries.size(); ++i)
             now.rotaries[i] = given.rotaries[i].usable(values_.rotaries[i], bad);
-        if (!(std::abs(given.radial_offset) <= longest)) {
+        if (!radial_offset.accepts(given.radial_offset)) {
             now.radial_offset = values_.radial_offset;
             now.radial_is_diameter = values_.radial_is_diameter;
-            bad = true;
-        }
-        for (int i = 0; i < 3; ++i) {
-            if (std::abs(given.reference_tool_offset[i]) <= longest) continue;
-            now.reference_tool_offset[i] = values_.reference_tool_offset[i];
             bad = true;
         }
         return now;
@@ -344,12 +416,13 @@ private:
 
     Fault contradiction_of(const Values& usable) const noexcept {
         if (usable.max_speed == 0) return Fault::speed;
-        if (!(tilts.contains(usable.max_angle) && corrections.contains(usable.max_correction) &&
-              rates.contains(usable.max_rate) && speeds.contains(usable.max_speed) && usable.max_speed > 0 &&
-              settling_times.contains(usable.settling_time) && distances.contains(usable.reversal_distance) &&
-              rotary_speeds.contains(usable.max_rotary_speed) &&
-              reversal_rates.contains(usable.reversal_rate) &&
-              accelerations.contains(usable.reversal_acceleration)))
+        if (!(max_angle.accepts(usable.max_angle) && max_correction.accepts(usable.max_correction) &&
+              max_rate.accepts(usable.max_rate) && max_speed.accepts(usable.max_speed) &&
+              settling_time.accepts(usable.settling_time) &&
+              reversal_distance.accepts(usable.reversal_distance) &&
+              max_rotary_speed.accepts(usable.max_rotary_speed) &&
+              reversal_rate.accepts(usable.reversal_rate) &&
+              reversal_acceleration.accepts(usable.reversal_acceleration)))
             return Fault::limit;
         for (const Axis axis : all_axes)
             if (!chain_.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;

@@ -35,27 +35,39 @@ struct OffsetSettings : hal::Group {
         s.offset.max_offset = setting(max_offset);
         s.offset.max_rate = setting(max_rate);
         s.time_tolerance = setting(time_tolerance);
-        s.verify_step = verify_step;
+        s.verify_step = setting(verify_step);
         return s;
     }
 
-    hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply."};
+    static constexpr hal::Range steps{-1000, 1000}, lengths{0, 1000}, times{0, 1000}, rates{0, 1};
+    hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply.", hal::must()};
     hal::In<bool> verify{
         this, "verify", false,
-        "Displace the offset by verify-step in the next cycle, never for a part that counts."};
+        "Displace the offset by verify-step in the next cycle, never for a part that counts.",
+        hal::machine()};
     hal::In<double> verify_step{
-        this, "verify-step", 0, "mu",
-        "Displacement that shows which contacts are of the work, at most gate-cap; 0: none."};
-    static constexpr hal::Range lengths{0, 1000}, times{0, 1000}, rates{0, 1};
+        this,
+        "verify-step",
+        0,
+        "mu",
+        "Displacement that shows which contacts are of the work, at most gate-cap; 0: none.",
+        hal::machine(steps)};
     hal::In<bool> constant_in_part{
         this, "constant-in-part", false,
-        "The offset changes only at the start of a cycle: an even part, whose error changes."};
-    hal::In<double> tolerance{this, "tolerance", 0.002, "mu", "Smallest change that is applied.", lengths};
-    hal::In<double> time_tolerance{
-        this, "time-tolerance", 0, "s", "Smallest change that is applied by the time method, as a time.",
-        times};
-    hal::In<double> max_offset{this, "max-offset", 0.15, "mu", "Largest offset either way.", lengths};
-    hal::In<double> max_rate{this, "max-rate", 0.01, "mu/s", "Fastest change of the offset.", rates};
+        "The offset changes only at the start of a cycle: an even part, whose error changes.",
+        hal::machine()};
+    hal::In<double> tolerance{
+        this, "tolerance", 0.002, "mu", "Smallest change that is applied.", hal::machine(lengths)};
+    hal::In<double> time_tolerance{this,
+                                   "time-tolerance",
+                                   0,
+                                   "s",
+                                   "Smallest change that is applied by the time method, as a time.",
+                                   hal::expert(times)};
+    hal::In<double> max_offset{
+        this, "max-offset", 0.15, "mu", "Largest offset either way.", hal::machine(lengths)};
+    hal::In<double> max_rate{
+        this, "max-rate", 0.01, "mu/s", "Fastest change of the offset.", hal::must(rates)};
     hal::Effects next_cycle{this,      hal::Effect::next_cycle, verify,    verify_step, constant_in_part,
                             tolerance, time_tolerance,          max_offset};
 };

@@ -18,8 +18,8 @@ struct OperatorQuestions : hal::Group {
     // An answer by M68.
     enum class Answer : std::int32_t { none, growth, not_growth, zero, by_hand, depth };
 
-    // Once a period, before the contacts are compared. Returns the reason of a change of the origin, if one is
-    // given.
+    // Once a period, before the contacts are compared. Returns the reason of a change of the origin, if one
+    // is given.
     OriginReason reason() noexcept {
         given_ = by_program();
         return is_zero || given_ == Answer::zero         ? OriginReason::zero
@@ -48,19 +48,21 @@ struct OperatorQuestions : hal::Group {
     }
 
     hal::In<bool> wait_for_answer{this, "wait-for-answer", false,
-                                  "While a question has no answer, the next cycle is to wait: wait is true."};
+                                  "While a question has no answer, the next cycle is to wait: wait is true.",
+                                  hal::machine()};
     hal::In<bool> is_growth{this, "shift-is-growth", false,
                             "A rising edge answers a shift: it is growth, and is applied."};
     hal::In<bool> is_not_growth{
         this, "shift-is-not-growth", false,
         "A rising edge answers a shift: work, zero, tool or drive have changed; the references follow."};
-    hal::In<bool> is_zero{
-        this, "change-is-zero", false,
-        "The work offset or tool length changes, or has changed: a new zero, or the tool was measured again."};
+    hal::In<bool> is_zero{this, "change-is-zero", false,
+                          "The work offset or tool length changes, or has changed: a new zero, or the tool "
+                          "was measured again."};
     hal::In<bool> is_by_hand{this, "change-is-growth", false,
                              "The work offset changes, or has changed: growth was corrected by hand."};
-    hal::In<bool> is_depth{this, "change-is-depth", false,
-                           "The work offset or tool length changes, or has changed: another depth is wanted."};
+    hal::In<bool> is_depth{
+        this, "change-is-depth", false,
+        "The work offset or tool length changes, or has changed: another depth is wanted."};
     hal::In<double> answered{this, "answer", 0, "1",
                              "Answer by M68: 1 shift-is-growth, 2 shift-is-not-growth, 3 change-is-zero, "
                              "4 change-is-growth, 5 change-is-depth; 0 for none."};

@@ -176,8 +176,8 @@ private:
     Settings settings() noexcept {
         Settings s;
         hal::SettingsReader setting;
-        s.contact = contact_settings.read();
-        growth.read(s.contact.growth);
+        s.contact = contact_settings.read(setting);
+        growth.read(s.contact.growth, setting);
         s.own = offset_settings.read(setting);
         s.in_range = setting.good();
         return s;

@@ -27,7 +27,8 @@ struct WorkSummary : hal::Group {
         counted_ = counts;
     }
 
-    hal::In<double> interval{this, "summary-time", 28800, "s", "Time between two summaries."};
+    hal::In<double> interval{
+        this, "summary-time", 28800, "s", "Time between two summaries.", hal::expert(hal::Range{0, 1e9})};
     hal::Out<bool> over{this, "summary",
                         "The part that has ended completes a summary-time; until the next part."};
     hal::Out<std::int32_t> parts{this, "summary-parts", "Parts made with compensation in that time."};

@@ -186,13 +186,13 @@ public:
 
     struct Settings {
         StopRule::Settings stop;
-        double most_scatter = 0.01;  // mu, of the touches of a bore about their circle
-        double most_change = 0.004;  // mu, of the shape of a bore since its first visit
-        double farthest = 0.5;       // mu, of a bore from its first place
-        double most_step = 0.1;      // mu, of a bore since its last pass
-        double most_slip = 0.03;     // mu, the same beyond the step of the other bores
-        double least_slip = 0.01;    // mu, of the whole artifact between two passes
-        double least_rise = 0.5;     // K, of a machine that has warmed
+        double most_scatter = 0;  // mu, of the touches of a bore about their circle
+        double most_change = 0;   // mu, of the shape of a bore since its first visit
+        double farthest = 0;      // mu, of a bore from its first place
+        double most_step = 0;     // mu, of a bore since its last pass
+        double most_slip = 0;     // mu, the same beyond the step of the other bores
+        double least_slip = 0;    // mu, of the whole artifact between two passes
+        double least_rise = 0;    // K, of a machine that has warmed
 
         bool valid() const noexcept {
             return stop.valid() && most_scatter > 0 && most_change > 0 && farthest > 0 && most_step > 0 &&

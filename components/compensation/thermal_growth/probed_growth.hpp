@@ -62,15 +62,15 @@ public:
     static constexpr int most_sensors = 8;
     static constexpr int most_values = 96;  // 16 bores, two orientations, X, Y and Z
     static constexpr double hour = 3600;
+    // Of the range in the first hour: a displacement that moves six times less than at first stands.
+    static constexpr double range_share = 0.15;
 
     struct Settings {
-        double threshold = 0.5;  // K
-        double interval = hour;  // s; 0: one cycle
-        double minimum_time = 4 * hour;
-        double maximum_time = 12 * hour;
-        double range_share = 0.15;    // of the range in the first hour
-        double range_floor = 0.002;   // mu
-        double uncertainty = 0.0007;  // mu, of a deviation
+        double threshold = 0;                       // K
+        double interval = 0;                        // s; 0: one cycle
+        double minimum_time = 0, maximum_time = 0;  // s
+        double range_floor = 0;                     // mu
+        double uncertainty = 0;                     // mu, of a deviation
         bool by_displacement = true;
         std::uint32_t sensors = 0xff;  // a bit each
 
@@ -79,8 +79,7 @@ public:
             const auto within = [](double x, double most) { return x >= 0 && x <= most; };
             return threshold > 0 && threshold <= 1000 && within(interval, 24 * hour) &&
                    within(minimum_time, 240 * hour) && within(maximum_time, 240 * hour) && maximum_time > 0 &&
-                   minimum_time <= maximum_time && within(range_share, 1) && within(range_floor, 1e3) &&
-                   within(uncertainty, 1e3);
+                   minimum_time <= maximum_time && within(range_floor, 1e3) && within(uncertainty, 1e3);
         }
         // The range for which the source states the rule.
         bool usual() const noexcept { return threshold >= 0.5 && threshold <= 5; }
@@ -144,8 +143,8 @@ public:
             if (time - series.began < 2 * hour) return false;
             const Range recent = series.last_hour.range(time);
             if (!recent.spans) return false;
-            const double most = std::max({settings.range_share * series.first.width(),
-                                          4 * settings.uncertainty, settings.range_floor});
+            const double most = std::max(
+                {range_share * series.first.width(), 4 * settings.uncertainty, settings.range_floor});
             if (!(recent.width() <= most)) return false;
         }
         return any;

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace plumb {
@@ -59,8 +60,11 @@ struct Program : hal::Group {
     hal::In<bool> compensation_on{this, "compensation-on", false, "The control confirms compensation."};
     hal::In<bool> cool{this, "cool", false, "The program wants temperature control."};
     hal::In<bool> cooling_on{this, "cooling-on", false, "The control confirms temperature control."};
-    hal::In<double> confirm_time{this, "confirm-time", 30, "s", "Longest time until a state is confirmed."};
-    hal::In<double> max_pass_time{this, "max-pass-time", 3600, "s", "Longest pass; the machine cools in it."};
+    static constexpr hal::Range times{0, 1e6};
+    hal::In<double> confirm_time{
+        this, "confirm-time", 30, "s", "Longest time until a state is confirmed.", hal::machine(times)};
+    hal::In<double> max_pass_time{
+        this, "max-pass-time", 3600, "s", "Longest pass; the machine cools in it.", hal::machine(times)};
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge clears a fault of the past."};
     hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle, for the log."};
 
@@ -119,16 +123,23 @@ private:
 struct Temperatures : hal::Group {
     using Group::Group;
 
-    hal::In<std::int32_t> sensors{this, "sensors", 0, "Number of temperature sensors, 0 to 8."};
+    static constexpr hal::Range counts{0, 8}, places{-1, 7}, times{0, 1e6}, temperatures{-100, 500};
+    hal::In<std::int32_t> sensors{this, "sensors", 0, "Number of temperature sensors, 0 to 8.",
+                                  hal::machine(counts)};
     hal::Row<hal::In<double>, 8> value{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
     hal::Row<hal::In<bool>, 8> valid{this, "temperature-valid", true, "The sensor reports that it is valid."};
     hal::Row<hal::In<double>, 8> age{this, "temperature-age", 0.0, "s", "Age of the temperature."};
-    hal::Row<hal::In<bool>, 8> decides{this, "temperature-decides", true, "The stop rule reads this sensor."};
-    hal::In<double> max_age{this, "max-age", 30, "s", "Largest age of a temperature."};
-    hal::In<double> sample_time{this, "sample-time", 60, "s", "Time between two temperature records."};
-    hal::In<std::int32_t> artifact{this, "artifact-sensor", -1, "Sensor of the artifact; -1 for none."};
-    hal::In<double> artifact_low{this, "artifact-low", 10, "degC", "Lowest temperature of the artifact."};
-    hal::In<double> artifact_high{this, "artifact-high", 35, "degC", "Highest temperature of the artifact."};
+    hal::Row<hal::In<bool>, 8> decides{this, "temperature-decides", true, "The stop rule reads this sensor.",
+                                       hal::machine()};
+    hal::In<double> max_age{this, "max-age", 30, "s", "Largest age of a temperature.", hal::machine(times)};
+    hal::In<double> sample_time{
+        this, "sample-time", 60, "s", "Time between two temperature records.", hal::must(times)};
+    hal::In<std::int32_t> artifact{this, "artifact-sensor", -1, "Sensor of the artifact; -1 for none.",
+                                   hal::machine(places)};
+    hal::In<double> artifact_low{
+        this, "artifact-low", 10, "degC", "Lowest temperature of the artifact.", hal::expert(temperatures)};
+    hal::In<double> artifact_high{
+        this, "artifact-high", 35, "degC", "Highest temperature of the artifact.", hal::expert(temperatures)};
 
     void read(Warmth& r) noexcept {
         r.good = r.artifact_good = true;
@@ -159,49 +170,87 @@ struct Temperatures : hal::Group {
 struct StopSettings : hal::Group {
     using Group::Group;
 
-    hal::In<double> threshold{this, "threshold", 0.5, "K",
-                              "Largest change of a temperature in the interval."};
-    hal::In<double> interval{this, "interval", 3600, "s", "Interval of the threshold; 0 for one cycle."};
-    hal::In<double> minimum_time{this, "minimum-time", 14400, "s", "The test does not pass before."};
-    hal::In<double> maximum_time{this, "maximum-time", 43200, "s", "The test ends then in any case."};
-    hal::In<bool> by_displacement{this, "by-displacement", true, "The displacements must stand, too."};
-    hal::In<double> range_share{this, "range-share", 0.15, "1",
-                                "Range of a displacement in the last hour, of that in the first."};
-    hal::In<double> range_floor{this, "range-floor", 0.002, "mu", "A range this small is always accepted."};
-    hal::In<double> uncertainty{this, "position-uncertainty", 0.0007, "mu",
-                                "Standard uncertainty of a displacement; four of it are accepted."};
-    hal::In<double> most_scatter{this, "max-scatter", 0.01, "mu",
-                                 "Largest scatter of the touches of a bore about its circle."};
-    hal::In<double> most_change{this, "max-shape-change", 0.004, "mu",
-                                "Largest change of oval and radius of a bore since its first visit."};
-    hal::In<double> farthest{this, "max-displacement", 0.5, "mu",
-                             "Farthest that a bore may be from its place in the first pass."};
-    hal::In<double> most_step{this, "max-step", 0.1, "mu",
-                              "Largest displacement of a bore since its last pass."};
-    hal::In<double> most_slip{this, "max-slip", 0.03, "mu",
-                              "Largest part of this displacement that the other bores do not share."};
-    hal::In<double> least_slip{this, "min-slip", 0.01, "mu",
-                               "Smallest slip of the whole artifact that is reported."};
-    hal::In<double> least_rise{this, "least-rise", 0.5, "K",
-                               "Least rise of a machine that has warmed; 0 if it only stands."};
+    static constexpr hal::Range rises{0, 1e3}, times{0, 1e9}, lengths{0, 1e3};
+    hal::In<double> threshold{
+        this, "threshold", 0.5, "K", "Largest change of a temperature in the interval.", hal::must(rises)};
+    hal::In<double> interval{
+        this, "interval", 3600, "s", "Interval of the threshold; 0 for one cycle.", hal::must(times)};
+    hal::In<double> minimum_time{
+        this, "minimum-time", 14400, "s", "The test does not pass before.", hal::must(times)};
+    hal::In<double> maximum_time{
+        this, "maximum-time", 43200, "s", "The test ends then in any case.", hal::must(times)};
+    hal::In<bool> by_displacement{this, "by-displacement", true, "The displacements must stand, too.",
+                                  hal::must()};
+    hal::In<double> range_floor{
+        this, "range-floor", 0.002, "mu", "A range this small is always accepted.", hal::expert(lengths)};
+    hal::In<double> uncertainty{this,
+                                "position-uncertainty",
+                                0.0007,
+                                "mu",
+                                "Standard uncertainty of a displacement; four of it are accepted.",
+                                hal::must(lengths)};
+    hal::In<double> most_scatter{this,
+                                 "max-scatter",
+                                 0.01,
+                                 "mu",
+                                 "Largest scatter of the touches of a bore about its circle.",
+                                 hal::must(lengths)};
+    hal::In<double> most_change{this,
+                                "max-shape-change",
+                                0.004,
+                                "mu",
+                                "Largest change of oval and radius of a bore since its first visit.",
+                                hal::machine(lengths)};
+    hal::In<double> farthest{this,
+                             "max-displacement",
+                             0.5,
+                             "mu",
+                             "Farthest that a bore may be from its place in the first pass.",
+                             hal::machine(lengths)};
+    hal::In<double> most_step{this,
+                              "max-step",
+                              0.1,
+                              "mu",
+                              "Largest displacement of a bore since its last pass.",
+                              hal::machine(lengths)};
+    hal::In<double> most_slip{this,
+                              "max-slip",
+                              0.03,
+                              "mu",
+                              "Largest part of this displacement that the other bores do not share.",
+                              hal::machine(lengths)};
+    hal::In<double> least_slip{this,
+                               "min-slip",
+                               0.01,
+                               "mu",
+                               "Smallest slip of the whole artifact that is reported.",
+                               hal::machine(lengths)};
+    hal::In<double> least_rise{this,
+                               "least-rise",
+                               0.5,
+                               "K",
+                               "Least rise of a machine that has warmed; 0 if it only stands.",
+                               hal::machine(rises)};
 
-    GrowthTest::Settings read() const noexcept {
+    // Nothing where one of them is out of its range, or they contradict themselves.
+    std::optional<GrowthTest::Settings> read() noexcept {
+        hal::SettingsReader read;
         GrowthTest::Settings s;
-        s.stop.threshold = threshold;
-        s.stop.interval = interval;
-        s.stop.minimum_time = minimum_time;
-        s.stop.maximum_time = maximum_time;
+        s.stop.threshold = read(threshold);
+        s.stop.interval = read(interval);
+        s.stop.minimum_time = read(minimum_time);
+        s.stop.maximum_time = read(maximum_time);
         s.stop.by_displacement = by_displacement;
-        s.stop.range_share = range_share;
-        s.stop.range_floor = range_floor;
-        s.stop.uncertainty = uncertainty;
-        s.most_scatter = most_scatter;
-        s.most_change = most_change;
-        s.farthest = farthest;
-        s.most_step = most_step;
-        s.most_slip = most_slip;
-        s.least_slip = least_slip;
-        s.least_rise = least_rise;
+        s.stop.range_floor = read(range_floor);
+        s.stop.uncertainty = read(uncertainty);
+        s.most_scatter = read(most_scatter);
+        s.most_change = read(most_change);
+        s.farthest = read(farthest);
+        s.most_step = read(most_step);
+        s.most_slip = read(most_slip);
+        s.least_slip = read(least_slip);
+        s.least_rise = read(least_rise);
+        if (!read.good() || !s.valid()) return std::nullopt;
         return s;
     }
 };
@@ -216,11 +265,15 @@ struct Machine : hal::Group {
                                          "Compensation contained in %-position."};
     hal::Axes<hal::In<double>, 3> velocity{this, "%-velocity", 0.0, "mu/s", "Velocity of %."};
     hal::In<double> table_position{this, "table-position", 0, "deg", "Position of the table or trunnion."};
-    hal::In<double> table_0{this, "table-0", 0, "deg", "Its position for the orientation 0."};
-    hal::In<double> table_180{this, "table-180", 180, "deg", "Its position for the other orientation."};
-    hal::In<double> table_tolerance{this, "table-tolerance", 0.01, "deg",
-                                    "Largest error of the orientation."};
-    hal::In<bool> table{this, "table", false, "The machine has a table or trunnion; check its position."};
+    static constexpr hal::Range angles{-1e6, 1e6}, turns{0, 180};
+    hal::In<double> table_0{
+        this, "table-0", 0, "deg", "Its position for the orientation 0.", hal::machine(angles)};
+    hal::In<double> table_180{
+        this, "table-180", 180, "deg", "Its position for the other orientation.", hal::machine(angles)};
+    hal::In<double> table_tolerance{
+        this, "table-tolerance", 0.01, "deg", "Largest error of the orientation.", hal::machine(turns)};
+    hal::In<bool> table{this, "table", false, "The machine has a table or trunnion; check its position.",
+                        hal::machine()};
 
     void read(Position& r) noexcept {
         r.good = true;
@@ -262,8 +315,11 @@ struct TestReport : hal::Group {
                                         "% of the last bore or face, without compensation."};
     hal::Out<double> bore_diameter{this, "bore-diameter", "mu", "Diameter of the last bore."};
     hal::Out<double> bore_scatter{this, "bore-scatter", "mu", "Scatter of its touches about the circle."};
-    hal::In<double> ball{this, "ball-diameter", 6, "mu", "Diameter of the ball of the probe."};
-    hal::In<bool> boss{this, "outside", false, "The probe touches a boss or a sphere from outside."};
+    static constexpr hal::Range balls{0, 100};
+    hal::In<double> ball{
+        this, "ball-diameter", 6, "mu", "Diameter of the ball of the probe.", hal::machine(balls)};
+    hal::In<bool> boss{this, "outside", false, "The probe touches a boss or a sphere from outside.",
+                       hal::machine()};
     hal::Out<bool> repeat{this, "repeat", "The last visit does not count; probe the bore again."};
     hal::Out<bool> compensation_request{this, "compensation-request", "Compensation shall be on."};
     hal::Out<bool> cooling_request{this, "cooling-request", "Temperature control shall be on."};
@@ -358,6 +414,7 @@ struct ThermalGrowthTest final : hal::Component {
     hal::Function run{this, "update", &ThermalGrowthTest::update, hal::Place::measurement};
 
     void prepare() override {
+        settings_ = stop_settings.read().value_or(settings_);  // the defaults
         test_.reserve();
         test_.clear();
     }
@@ -368,9 +425,9 @@ struct ThermalGrowthTest final : hal::Component {
         machine.read(now.at);
         now.oriented = machine.oriented(now.turned);
         temperatures.read(now.warmth);
-        GrowthTest::Settings wanted = stop_settings.read();
-        const bool good_settings = wanted.valid();
-        if (good_settings) settings_ = wanted;
+        const std::optional<GrowthTest::Settings> wanted = stop_settings.read();
+        const bool good_settings = wanted.has_value();
+        if (good_settings) settings_ = *wanted;
         settings_.stop.sensors = now.warmth.decides;
 
         if (program.acknowledges()) test_.acknowledge();

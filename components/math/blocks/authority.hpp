@@ -23,7 +23,7 @@ public:
     struct Settings {
         double none = 1, all = 2;  // standard deviations
         double harmless = 0;       // in the unit of the value
-        double hold = 1800;        // s
+        double hold = 0;           // s
     };
 
     struct Evidence {

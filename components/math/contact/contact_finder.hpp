@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -27,8 +28,10 @@ public:
     struct Settings {
         bool program_clock =
             false;  // the clock starts with the cycle and at each mark, not at the start height
-        std::array<std::int32_t, 8> excluded{};  // keys of operations without a gauge of Z; 0 for none
-        double load_latency = 0;                 // s, age of the load
+        static constexpr std::size_t exclusions = 4;
+        std::array<std::int32_t, exclusions>
+            excluded{};           // keys of operations without a gauge of Z; 0 for none
+        double load_latency = 0;  // s, age of the load
         LoadContact::Settings contact;
 
         bool valid() const noexcept { return load_latency >= 0 && load_latency <= 10 && contact.valid(); }

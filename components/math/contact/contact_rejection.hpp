@@ -43,7 +43,7 @@ constexpr const char* sentence(Rejection rejection) {
         case Rejection::too_large: return "The change is larger than max-correction.";
         case Rejection::beyond_gate: return "The change is beyond the gate.";
         case Rejection::unsteady_feed:
-            return "A feed hold, a stop or another override came less than steady-time before.";
+            return "A feed hold, a stop or another override came less than 0.2 s before.";
         case Rejection::no_onset: return "The load has no clear rise.";
         case Rejection::unconfirmed: return "The contact is no growth as expected; the next contacts decide.";
         case Rejection::withdrawn: return "The contacts of this operation move with the offset.";

@@ -3,7 +3,7 @@
 
 import math
 
-from panel import chopping_orders, effects
+from panel import chopping_orders as orders, effects
 from panel.chopping_stroke_page import SectionsPage, StrokePage
 from panel.function_page import FunctionPage
 from panel.picture import Picture
@@ -33,7 +33,7 @@ class ChoppingPage(FunctionPage):
             its.append(self.remedy("hold", button(_("Hold / go on"), self._hold)))
         if "go-to-end" in own:
             its.append(self.remedy("to-end", button(_("To point R"), self._withdraw)))
-        if chopping_orders.way(self.instance, self.panel.ini):
+        if orders.way(self.instance, self.panel.ini):
             its.append(self.remedy("start", button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)))))
         its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
         if "override" in own:
@@ -87,7 +87,7 @@ class StrokePicture(Picture):
     """The region of the stroke with its sections, and where the axis is."""
 
     SHORTS = ("upper", "lower", "phase", "command", "offset", "position") + tuple(
-        "section-%d-%s" % (place, part) for place in range(4) for part in ("kind", "from", "to", "ratio"))
+        "section-%d-%s" % (place, part) for place in range(orders.SECTIONS) for part in ("kind", "from", "to", "ratio"))
 
     def __init__(self, page):
         super().__init__(page.panel, _("Stroke and sections"), (300, 230))
@@ -112,7 +112,7 @@ class StrokePicture(Picture):
             return bottom - (place - lower) / span * (bottom - top)
 
         pen.box(left, top, 60, bottom - top, "pick", "good", 3)
-        for place in range(4):
+        for place in range(orders.SECTIONS):
             kind, start, end, ratio = (values["section-%d-%s" % (place, part)] for part in ("kind", "from", "to", "ratio"))
             if not kind:
                 continue

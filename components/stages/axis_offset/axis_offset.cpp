@@ -95,13 +95,18 @@ struct AxisOffset final : hal::Component {
     hal::Option<std::string> interlock{this, "interlock", "yes", StagePermit::about, {"no"}};
     StagePermit permit{this, interlock, true};
     hal::In<bool> offset_limited{this, "offset-limited", false, "LinuxCNC holds an axis at a soft limit."};
-    hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset."};
+    hal::In<bool> allow_probing{this, "allow-probing", false, "Probing results may contain the offset.",
+                                hal::machine()};
     static constexpr hal::Range scales{1e-7, 0.1}, offsets{0, 1000}, rates{0, 10};
-    hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count.", scales};
-    hal::In<double> max_offset{
-        this, "max-offset", 0.15, "mu", "Maximum sum of the offsets, in either direction.", offsets};
-    hal::In<double> max_rate{this, "max-rate", 0.1, "mu/s", "Maximum rate of change of the own offset.",
-                             rates};
+    hal::In<double> scale{this, "scale", 0.0001, "mu", "Offset of one count.", hal::expert(scales)};
+    hal::In<double> max_offset{this,
+                               "max-offset",
+                               0.15,
+                               "mu",
+                               "Maximum sum of the offsets, in either direction.",
+                               hal::must(offsets)};
+    hal::In<double> max_rate{
+        this, "max-rate", 0.1, "mu/s", "Maximum rate of change of the own offset.", hal::machine(rates)};
     GuestPins guest{this};
 
     hal::Out<std::int32_t> counts{this, "counts",

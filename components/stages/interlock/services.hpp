@@ -65,7 +65,7 @@ struct Services : hal::Group {
                                 "1",
                                 "Factor of each service-timeout. plumb run sets it to its speed, because a "
                                 "service follows the computer's clock.",
-                                {slowest, fastest}};
+                                hal::Range{slowest, fastest}};
 
     Row<hal::Out<bool>> ok{this, number_, "service-ok", "The service runs and is ready."};
     Row<hal::Out<bool>> lost{this, number_, "service-lost", "The beat has stopped."};

@@ -82,7 +82,8 @@ struct JointOffset final : hal::Component {
     SourceRow offset{this, "offset", 0, "mu", "Offset from one of the sources."};
     hal::Row<hal::In<bool>, 4> release_at_off{
         this, "release-at-off", false,
-        "Machine off makes the offset of this source part of the position of the joint: for a stroke."};
+        "Machine off makes the offset of this source part of the position of the joint: for a stroke.",
+        hal::machine()};
     hal::In<double> position{this, "position", 0, "mu", "Commanded position of the joint: joint.N.pos-cmd."};
     hal::In<double> joint_command{this, "joint-command", 0, "mu",
                                   "Command of motion for the drive: joint.N.motor-pos-cmd."};
@@ -90,20 +91,35 @@ struct JointOffset final : hal::Component {
                                    "Commanded velocity of the joint: joint.N.vel-cmd."};
     hal::In<double> drive_feedback{this, "drive-feedback", 0, "mu",
                                    "Feedback of the drive, with the offset in it."};
-    hal::In<double> min_limit{this, "min-limit", 0, "mu", "Lower soft limit of the joint."};
-    hal::In<double> max_limit{this, "max-limit", 0, "mu", "Upper soft limit of the joint."};
+    static constexpr hal::Range places{-SoftLimits::farthest, SoftLimits::farthest}, offsets{0, 1000},
+        rates{1e-6, 1e4}, accelerations{0, SoftLimits::hardest};
+    hal::In<double> min_limit{
+        this, "min-limit", 0, "mu", "Lower soft limit of the joint.", hal::must(places)};
+    hal::In<double> max_limit{
+        this, "max-limit", 0, "mu", "Upper soft limit of the joint.", hal::must(places)};
     hal::In<double> joint_acceleration{
-        this, "joint-acceleration", 0, "mu/s2",
-        "Maximum acceleration of the joint without the offset: [JOINT_N]MAX_ACCELERATION."};
-    hal::In<double> offset_acceleration{this, "offset-acceleration", 0, "mu/s2",
-                                        "Maximum acceleration that the offset adds to the joint."};
-    static constexpr hal::Range offsets{0, 1000}, rates{1e-6, 1e4};
+        this,
+        "joint-acceleration",
+        0,
+        "mu/s2",
+        "Maximum acceleration of the joint without the offset: [JOINT_N]MAX_ACCELERATION.",
+        hal::must(accelerations)};
+    hal::In<double> offset_acceleration{this,
+                                        "offset-acceleration",
+                                        0,
+                                        "mu/s2",
+                                        "Maximum acceleration that the offset adds to the joint.",
+                                        hal::must(accelerations)};
     hal::In<double> max_offset{
-        this, "max-offset", 1, "mu", "Maximum sum of the offsets, in either direction.", offsets};
-    hal::In<double> ramp_rate{this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause.",
-                              rates};
-    hal::In<double> max_rate{
-        this, "max-rate", 1, "mu/s", "Maximum rate of change of the offset, away from soft limits.", rates};
+        this, "max-offset", 1, "mu", "Maximum sum of the offsets, in either direction.", hal::must(offsets)};
+    hal::In<double> ramp_rate{
+        this, "ramp-rate", 0.1, "mu/s", "Rate of changes that motion does not cause.", hal::machine(rates)};
+    hal::In<double> max_rate{this,
+                             "max-rate",
+                             1,
+                             "mu/s",
+                             "Maximum rate of change of the offset, away from soft limits.",
+                             hal::must(rates)};
 
     hal::Out<double> drive_command{this, "drive-command", "mu",
                                    "Command to the drive, with the offset in it."};

@@ -985,17 +985,11 @@ TEST_F(CentreHeight, ShowsWhichDiameterCanBeTurnedAndWhere) {
     EXPECT_NEAR(lathe.radius(get("target-x"), 0), 0.25, 1e-9);
 }
 
-TEST_F(CentreHeight, KnownXSavesACutAndZeroSigmasAreAllowed) {
+TEST_F(CentreHeight, ZeroSigmasAreAllowed) {
     for (const char* pin : {"gauge-sigma", "gauge-scale-sigma", "cut-repeatability", "travel-sigma",
-                            "step-sigma", "drift-sigma", "known-x-sigma", "bend-per-depth"})
+                            "step-sigma", "drift-sigma", "bend-per-depth"})
         set(pin, 0);
     const Lathe lathe;
-    set("x-known", 1);
-    set("known-x", 5.02);
-    key(y_step, {{2 * lathe.radius(5, 0), 5, 0}, {2 * lathe.radius(4.7, 0.2), 4.7, 0.2}});
-    EXPECT_NEAR(get("height"), 0.035, 1e-9);
-    EXPECT_EQ(get("move-allowed"), 1);
-    set("x-known", 0);
     key(two_lands, {{2 * lathe.radius(5, 1), 5, 1}, {2 * lathe.radius(5, -1), 5, -1}});
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
     EXPECT_LT(get("sigma"), 1e-9);

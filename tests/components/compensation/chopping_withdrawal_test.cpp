@@ -163,7 +163,6 @@ TEST_F(ChoppingWithdrawal, GivesNoInfeedAndTakesOverNoRegion) {
     bench.command("loadrt updown names=infeeds");
     bench.command("net infeed chop.upper-pulse => infeeds.countup");
     bench.command("addf infeeds servo-thread");
-    set("pulse-time", 0.01);
     start();
     bench.run(2);
     bench.expect("z >= -20.000001", {{"z", "chop.command"}});

@@ -34,7 +34,8 @@ struct Mill {
         milling.unit = unit;
         milling.dt = 0.004;  // of the rows that are replayed
         bench.command("loadrt threads name1=servo-thread period1=" + std::to_string(period));
-        bench.command(std::string("loadrt thermal_displacement names=z interlock=no") + (unit != 1 ? " unit=inch" : ""));
+        bench.command(std::string("loadrt thermal_displacement names=z interlock=no") +
+                      (unit != 1 ? " unit=inch" : ""));
         bench.command("addf z.update servo-thread");
         bench.command("start");
         set("enable", 1);
@@ -503,9 +504,7 @@ TEST(ThermalDisplacement, BadSettingsLeaveTheLastGoodOnesInForce) {
                                                           {"tolerance", 1e308},
                                                           {"time-tolerance", -1},
                                                           {"load-latency", 1e308},
-                                                          {"feed-tolerance", 2},
                                                           {"max-correction", -1},
-                                                          {"steady-time", not_a_number},
                                                           {"reference-cycles", 0}};
     Mill mill;
     mill.bench.expect("abs(offset_rate) <= 0.01 * (1 + 1e-6)", {{"offset", "z.z-offset"}});
@@ -703,18 +702,13 @@ TEST(ThermalDisplacement, EverySettingIsJudged) {
                                   "release",
                                   "smoothing",
                                   "debounce",
-                                  "baseline-time",
                                   "blanking-time",
                                   "load-latency",
                                   "reference-cycles",
                                   "window",
-                                  "feed-tolerance",
-                                  "lost-time-tolerance",
-                                  "steady-time",
                                   "max-growth-rate",
                                   "gate-floor",
                                   "gate-cap",
-                                  "confirm-contacts",
                                   "max-correction",
                                   "expected-growth",
                                   "unexplained-growth",

@@ -1067,7 +1067,7 @@ TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
 
 TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
     Shop shop;
-    shop.used.finder.excluded = {11, 12, 13, 20, 14, 15, 16, 17};
+    shop.used.finder.excluded = {11, 12, 13, 20};
     shop.mill.program.push_back({0, 1, -30});
     shop.learn();
     EXPECT_EQ(shop.counts().contacts, 3);

@@ -144,6 +144,10 @@ struct Stop : testing::Test {
 
     Stop() {
         settings.sensors = 3;
+        settings.threshold = 0.5;
+        settings.interval = hour;
+        settings.range_floor = 2 * um;
+        settings.uncertainty = 0.7 * um;
         settings.minimum_time = 2 * hour;
         settings.maximum_time = 20 * hour;
     }

@@ -24,9 +24,8 @@ struct Tip {
     }
 };
 
-CutFit fit(const std::vector<Cut>& cuts, const CutSigmas& sigmas = {}, double angle = square_axes,
-           const CutFit::Known& known = {}) {
-    return CutFit::of(cuts.data(), cuts.size(), SkewedAxes(angle), sigmas, known);
+CutFit fit(const std::vector<Cut>& cuts, const CutSigmas& sigmas = {}, double angle = square_axes) {
+    return CutFit::of(cuts.data(), cuts.size(), SkewedAxes(angle), sigmas);
 }
 
 Tip drawn(Random& random, double skew = 0) {
@@ -78,9 +77,6 @@ TEST(CutFit, ThirdCutAfterAStepIsTheFormulaOfTheStep) {
         const double by_formula = height_by_y_step(second.radius, tip.x - travel, third.radius, infeed, s);
         EXPECT_NEAR(by_formula, tip.y, 1e-9 * tip.x);
         EXPECT_NEAR(fit({first, second, third}).y, tip.y, 1e-9 * tip.x);
-        // The same from two cuts, if x is known from elsewhere.
-        const CutFit known = fit({second, third}, {}, square_axes, {tip.x - travel, 0, true});
-        EXPECT_NEAR(known.y, tip.y, 1e-9 * tip.x);
     }
 }
 
@@ -133,8 +129,7 @@ struct Scatter {
 };
 
 // Errors in sigmas, of machines drawn around a pattern of cuts.
-Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int count,
-                const CutFit::Known& known = {}) {
+Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int count) {
     Random random(5);
     double of_y = 0, of_x = 0, large = 0;
     for (int i = 0; i < count; ++i) {
@@ -148,9 +143,7 @@ Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int co
             cut.y = each.y;
             cuts.push_back(cut);
         }
-        CutFit::Known its = known;
-        if (known.valid) its.x = tip.x + pattern[0].x + known.sigma * random.gaussian();
-        const CutFit found = fit(cuts, sigmas, square_axes, its);
+        const CutFit found = fit(cuts, sigmas);
         const double ey = (found.y - pattern[0].y - tip.y) / found.sigma_y;
         const double ex = (found.x - pattern[0].x - tip.x) / found.sigma_x;
         of_y += ey * ey / count;
@@ -174,8 +167,6 @@ TEST(CutFit, ScatterIsItsSigma) {
         EXPECT_NEAR(found.of_x, 1, 0.06) << pattern.size();
         EXPECT_LT(found.large, 0.01) << pattern.size();
     }
-    const Scatter known = scatter({{0, 0, 0}, {-0.5, 0.5, 0}}, all, count, {0, 3 * um, true});
-    EXPECT_NEAR(known.of_y, 1, 0.06);
 }
 
 // Wear, growth and lift, drawn anew for each procedure.
@@ -197,8 +188,7 @@ TEST(CutFit, DriftIsInItsSigma) {
                 cut.radius += drift * late + sigmas.radius() * random.gaussian();
                 cuts.push_back(cut);
             }
-            const CutFit found =
-                CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, {}, true);
+            const CutFit found = CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, true);
             const double error = (found.y - 1 - tip.y) / found.sigma_y;
             of_y += error * error / count;
             large += found.excess > 3 ? 1.0 / count : 0;
@@ -222,8 +212,7 @@ TEST(CutFit, ScaleOfTheGaugeIsInItsSigma) {
             for (int k = 0; k < lands; ++k) cuts.push_back(tip.at(0, k % 2 ? -1.7 : 0));
             for (Cut& cut : cuts)
                 cut.radius += scale * (cut.radius - 5) + sigmas.radius() * random.gaussian();
-            const CutFit found =
-                CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, {}, true);
+            const CutFit found = CutFit::of(cuts.data(), cuts.size(), SkewedAxes(square_axes), sigmas, true);
             const double error = (found.y - tip.y) / found.sigma_y;
             of_y += error * error / count;
             large += found.excess > 3 ? 1.0 / count : 0;

@@ -60,7 +60,7 @@ TEST(Prediction, ByAFitCountsTheNextCutAndTheScaleOfTheGauge) {
         {0, 0, std::hypot(5, 0.4)}, {0, 0.5, std::hypot(5, 0.9)}, {-1, 0, std::hypot(4, 0.4)}};
     CutSigmas sigmas;
     sigmas.repeatability = 0.001;
-    const CutFit fit = CutFit::of(cuts, 3, square, sigmas, {});
+    const CutFit fit = CutFit::of(cuts, 3, square, sigmas);
     ASSERT_EQ(fit.refusal, CutFit::Refusal::none);
     const FurtherCut further{-2, 0, 2};
     const Prediction plain = predict(fit, cuts[0].radius, 3, further, sigmas);
