@@ -40,7 +40,6 @@ def work(operator):
     seen["moved"] = max(abs(now - then) for now, then in zip(applied(host), before))
     finger.press("Squareness")
     finger.press("All pins and settings")
-    finger.press("Other settings, at their defaults")
     finger.press("max-rate")  # which moves no axis
     write(operator, "0.5")
     operator.until("square.max-rate", 0.5)

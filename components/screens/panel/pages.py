@@ -97,6 +97,11 @@ class Components(Page):
             set_text(words, self.panel.verdict_of(instance, values)[1])
 
 
+# Of the settings, as the components declare them. For gettext: _("Required settings"), _("Settings of this machine"),
+# _("Settings for experts"), _("Inputs without a signal")
+LEVELS = (("must", "Required settings"), ("machine", "Settings of this machine"), ("expert", "Settings for experts"), ("", "Inputs without a signal"))
+
+
 class Component(Page):
     """One instance: its faults in words, settings, inputs and outputs with units and sentences."""
 
@@ -116,18 +121,15 @@ class Component(Page):
         self._values = {}
         self._verdict = Verdict()
         box = column(label("%s (%s)" % (instance.name, instance.module), "title"), label(_(instance.declared.summary), "soft"), self._verdict)
-        in_files = panel.hal_file_values
-        chosen = [short for short in instance.settings() if instance.full(short) in in_files or instance.full(short) in panel.kept_pins()]
-        others = [short for short in instance.settings() if short not in chosen]
-        sections = [
-            (_("Settings of this machine"), chosen, True), (_("Other settings, at their defaults"), others, True),
-            (_("Inputs from signals"), instance.inputs(), False), (_("Outputs"), instance.outputs(), False)]
+        sections = [(_(heading), [short for short in instance.settings() if instance.declared.pin(short).get("level", "") == level], True)
+                    for level, heading in LEVELS]
+        sections += [(_("Inputs from signals"), instance.inputs(), False), (_("Outputs"), instance.outputs(), False)]
         for heading, shorts, editable in sections:
             if not shorts:
                 continue
             inside = column(spacing=0)
             inside.set_no_show_all(True)
-            is_open = heading == _("Settings of this machine")
+            is_open = heading in (_("Required settings"), _("Settings of this machine"))
             its = button("", lambda *section: None, name=heading)
             its.connect("clicked", self._toggle, inside, heading, shorts, editable)
             box.pack_start(its, False, False, 0)

@@ -28,7 +28,7 @@ ALL_FUNCTIONS = (
 DEEPER = {
     "Squareness": ("Measure and set up", "w-X-Y.b-Z-C-t", "Y EA0Y", "Back", "Square and indicator", "Axis Y", "Plunger +X"),
     "Centre height": ("Two lands",),
-    "All components": ("growth", "Other settings, at their defaults", "tolerance"),
+    "All components": ("growth", "Settings for experts", "window"),
 }
 
 
@@ -78,7 +78,6 @@ class Window(unittest.TestCase):
         finger = self.panel()
         finger.press("All components")
         finger.press("growth")
-        finger.press("Other settings, at their defaults")
         finger.press("tolerance")
         for _ in range(6):
             finger.press("Delete")
@@ -387,7 +386,7 @@ class Window(unittest.TestCase):
                         "setp square.enable 1", "setp square.max-rate 5")
         finger = self.panel()
         self.host.run(2)
-        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ea0y", "Clear"):
+        for name in ("Squareness", "All pins and settings", "ea0y", "Clear"):
             finger.press(name)
         finger.type("0")
         finger.press("Save")
@@ -407,7 +406,7 @@ class Window(unittest.TestCase):
         self.host.run(2)
         on = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "task.alive": True, "task.program": "idle"}
         finger = self.panel_with({**on, "motion.motion-type": 2})
-        for name in ("Squareness", "All pins and settings", "Other settings, at their defaults", "ea0y", "Clear"):
+        for name in ("Squareness", "All pins and settings", "ea0y", "Clear"):
             finger.press(name)
         finger.type("0")
         finger.press("Save")
@@ -434,11 +433,11 @@ class Window(unittest.TestCase):
 
     def test_two_panels_at_once_and_the_second_one_sees_what_the_first_one_did(self):
         first = self.panel(name="first")
-        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+        for name in ("All components", "growth", "Settings for experts", "window", "Clear"):
             first.press(name)
         first.type("0.25")
         second = self.panel("--size", "1000x700", name="second")  # before the first one
-        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+        for name in ("All components", "growth", "Settings for experts", "window", "Clear"):
             second.press(name)
         second.type("0.3")
         second.press("Save")
@@ -616,7 +615,7 @@ class Window(unittest.TestCase):
         finger.await_text("Switch on: refused. The chain b-X-Y-Z-C-t is saved")
         finger.press("All components")
         finger.press("square")
-        finger.press("Other settings, at their defaults")
+        finger.press("Inputs without a signal")
         finger.press("enable")
         finger.press("Switch on")
         finger.await_text("refused. The chain b-X-Y-Z-C-t is saved")
@@ -779,7 +778,7 @@ class Window(unittest.TestCase):
 
     def test_no_text_promises_retain_where_there_is_none(self):
         finger = self.panel()
-        for name in ("All components", "growth", "Other settings, at their defaults", "window", "Clear"):
+        for name in ("All components", "growth", "Settings for experts", "window", "Clear"):
             finger.press(name)
         finger.type("0.25")
         finger.press("Save")
