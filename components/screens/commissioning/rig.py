@@ -482,6 +482,8 @@ class Rig:
         values = {}
         for short in place.instance.settings():
             declared = place.instance.declared.pin(short)
+            if "level" not in declared:  # a signal, or a button
+                continue
             value = self.get(place.instance, short)
             if value != declared.get("default") or (declared.get("turns") and value):
                 values[short] = value
