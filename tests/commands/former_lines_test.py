@@ -24,6 +24,23 @@ net retain-beat => interlock.service-heartbeat-0
 net spare row.out => x-stage.offset-0
 """
 
+LOADED = """\
+loadrt squareness names=square
+loadrt chopping names=chop
+loadrt thermal_displacement names=growth
+loadrt centre_height names=centre
+loadrt thermal_growth_test names=growth-test
+"""
+# Settings that are gone, and words of what to write.
+GONE = {
+    "square.ea0x": "ea0y and ea0z for ea0x", "square.ec0w": "the axes that it carries", "square.eb0b": "the axes that it carries",
+    "square.ez0c": "a rotary axis has no place", "square.z-reference-tool-offset": "with the correction on",
+    "chop.crossing-at": "a comparator, as of comp(9), to chop.shift", "chop.pulse-time": "constant now, 0.02 s", "chop.hold-kind": "constant now, 1",
+    "chop.section-3-ratio": "section-0 or section-1", "growth.exclude-operation-7": "exclude-operation-0 to -3",
+    "growth.lost-time-tolerance": "constant now, 0.002 s", "growth.confirm-contacts": "constant now, 0", "centre.known-x-sigma": "make one more cut",
+    "centre.stock-sigma": "constant now, 0.01 mm", "growth-test.range-share": "constant now, 0.15",
+}
+
 
 class FormerLines(unittest.TestCase):
     def setUp(self):
@@ -44,6 +61,13 @@ class FormerLines(unittest.TestCase):
         for words in ("net NAME-permit interlock.function-permit-N => square.permit", "interlock.function-state-0", "interlock.stage-state-0", "interlock.service-state-0",
                       "a stage takes the row of its permit"):
             self.assertIn(words, output)
+
+    def test_a_setting_that_is_gone_is_named_with_what_to_write(self):
+        _status, output, _line = self.check(LOADED + "".join("setp %s 1\n" % pin for pin in GONE))
+        said = {line.split(" names ")[1].split(",")[0]: line for line in output.splitlines() if " names " in line}
+        self.assertEqual(said.keys(), GONE.keys())
+        for pin, words in GONE.items():
+            self.assertIn(words, said[pin])
 
     def test_the_lines_of_today_are_not_named(self):
         for folder, name in (("mill", "stages.hal"), ("portal", "stages.hal"), ("lathe", "by_hand.hal"), ("grinder", "extra.hal")):
