@@ -331,8 +331,8 @@ TEST_P(Conformance, TheInputsOfAFunctionAreSettingsOrSignals) {
             std::regex_match(pin.name, std::regex("row|forget|kept|restore(-.*)?"));  // of plumb-retain
         if (pin.output || of_records || pin.setting.level != hal::Level::signal) continue;
         const std::string stem = std::regex_replace(pin.each_name, std::regex("-?[0-9]+$"), "");
-        const std::string name = std::regex_replace(stem, std::regex("%"), "[a-zL]");
-        EXPECT_TRUE(std::regex_search(text, std::regex("\\b" + name + "\\b")))
+        const std::string pattern = std::regex_replace(stem, std::regex("%"), "[a-zL]");
+        EXPECT_TRUE(std::regex_search(text, std::regex("\\b" + pattern + "\\b")))
             << pin.name << " has no level, and nothing nets it";
     }
 }
