@@ -34,10 +34,10 @@ loadrt thermal_growth_test names=growth-test
 # Settings that are gone, and words of what to write.
 GONE = {
     "square.ea0x": "ea0y and ea0z for ea0x", "square.ec0w": "the axes that it carries", "square.eb0b": "the axes that it carries",
-    "square.ez0c": "a rotary axis has no place", "square.z-reference-tool-offset": "with the correction on",
-    "chop.crossing-at": "a comparator, as of comp(9), to chop.shift", "chop.pulse-time": "constant now, 0.02 s", "chop.hold-kind": "constant now, 1",
-    "chop.section-3-ratio": "section-0 or section-1", "growth.exclude-operation-7": "exclude-operation-0 to -3",
-    "growth.lost-time-tolerance": "constant now, 0.002 s", "growth.confirm-contacts": "constant now, 0", "centre.known-x-sigma": "make one more cut",
+    "square.ez0c": "a rotary axis has no place",
+    "chop.pulse-time": "constant now, 0.02 s",
+    "growth.exclude-operation-7": "exclude-operation-0 to -3",
+    "growth.lost-time-tolerance": "constant now, 0.002 s", "centre.known-x-sigma": "make one more cut",
     "centre.stock-sigma": "constant now, 0.01 mm", "growth-test.range-share": "constant now, 0.15",
 }
 

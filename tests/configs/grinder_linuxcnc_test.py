@@ -150,10 +150,11 @@ class Shift(Recorded):
         self.assertEqual(self.facts["awaited_region"], 3)
         self.assertEqual(np.ptp(self.of("joint.0.pos-cmd", "shifted_in_mdi")), 0)
 
-    def test_a_hold_ends_at_a_dead_point_and_an_emergency_at_once(self):
-        (_, at_dead_point, *_), (ordered, stands, *_) = self.facts["holds"]
-        self.assertEqual([active for *_, active in self.facts["holds"]], [1, 1])
+    def test_a_hold_ends_at_a_dead_point_or_at_r_and_an_emergency_at_once(self):
+        (_, at_dead_point, *_), (_, at_r, *_), (ordered, stands, *_) = self.facts["holds"]
+        self.assertEqual([active for *_, active in self.facts["holds"]], [1, 1, 1])
         self.assertAlmostEqual(at_dead_point, LOWER, delta=nm)
+        self.assertAlmostEqual(at_r, R, delta=nm)
         self.assertLess(abs(ordered - stands), 60**2 / (2 * HARDEST) + 60 * 0.1)  # and as far as it takes to order
         self.assertGreater(stands, LOWER + 1)
 

@@ -226,11 +226,12 @@ class Shift(Scenario):
         self.facts["awaited_region"] = self.host.get("chop.upper")
 
     def holds(self):
-        """At the next dead point, and at once only for an emergency."""
+        """At the next dead point, at R by the setting, and at once only for an emergency."""
         get, change = self.host.get, self.host.set
         self.start()
         self.facts["holds"] = []
-        for order in ("feed-hold", "emergency-hold"):
+        for kind, order in ((1, "feed-hold"), (0, "feed-hold"), (1, "emergency-hold")):
+            change("chop.hold-kind", kind)
             self.await_condition(lambda: get("chop.velocity") < -50, "a downward stroke")
             place = get("chop.command")
             change("chop." + order, 1)

@@ -84,7 +84,7 @@ Json correction_of(const AxisChain& chain, const State& its) {
                 s.places[static_cast<std::size_t>(direction(axis))] =
                     place_of(its, axis, branch == &chain.work);
     }
-    TipCorrection correction(s);
+    TipCorrection correction(s, -its.vector("reference-tool-offset"));
     if (correction.chain().has_rotary())
         for (const Axis axis : {Axis::A, Axis::B, Axis::C}) {
             const std::string name = pin_letter(axis);

@@ -37,13 +37,23 @@ struct Chopping final : hal::Component {
                                "Strokes are permitted; false withdraws the axis to position.", true};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> homed{this, "homed", false, "The joint is homed."};
-    hal::In<bool> feed_hold{this, "feed-hold", false, "Stand at the next dead point, and go on when false."};
+    hal::In<bool> feed_hold{this, "feed-hold", false, "Stand where hold-kind selects, and go on when false."};
     hal::In<bool> emergency_hold{this, "emergency-hold", false,
                                  "Brake at once and stand within the region, also amid a stroke, where a "
                                  "wheel in contact marks the work."};
     hal::In<bool> go_to_end{this, "go-to-end", false,
                             "A rising edge moves the axis to position, and ends strokes."};
     hal::In<bool> shift{this, "shift", false, "Each change takes over the dead points while stroking."};
+    hal::In<bool> shift_at_crossing{this, "shift-at-crossing", false,
+                                    "A crossing of crossing-at takes over the dead points, too.",
+                                    hal::machine()};
+    hal::In<double> crossing_position{this, "crossing-position", 0, "mu", "Position of the crossing axis."};
+    hal::In<double> crossing_at{this,
+                                "crossing-at",
+                                0,
+                                "mu",
+                                "Coordinate that it crosses, either way.",
+                                hal::machine(ChoppingSettings::places)};
     hal::In<bool> program_running{this, "program-running", false,
                                   "A part program runs, not an MDI command. Strokes that it began end "
                                   "when it becomes false."};
@@ -131,7 +141,17 @@ struct Chopping final : hal::Component {
 private:
     StrokingAxis::Inputs judged() noexcept {
         StrokingAxis::Inputs its;
-        its.orders = {run, stop, permission.enabled(), go_to_end, shift, program_running, outlast};
+        its.orders = {run,
+                      stop,
+                      permission.enabled(),
+                      go_to_end,
+                      shift,
+                      shift_at_crossing,
+                      program_running,
+                      outlast,
+                      crossing_position,
+                      crossing_at,
+                      StrokingAxis::farthest};
         its.feed_hold = feed_hold;
         // Somebody has let go of the button, or the program has died.
         const bool untried = permission.reason() == hal::Common::uncommissioned ||

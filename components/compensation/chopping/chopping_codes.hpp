@@ -13,7 +13,8 @@ enum class Fault : std::int32_t {
     region,
     speed,
     sections,
-    lead = 8,
+    acceleration,
+    lead,
     soft_limit,
     following,
     feedback,
@@ -51,9 +52,12 @@ constexpr const char* sentence(Fault fault) {
         case Fault::sections:
             return "A section is impossible, or two overlap; the stroke was refused, or the last good set "
                    "stays in force.";
+        case Fault::acceleration:
+            return "The stroke needs more than max-acceleration at its dead points, and refuse-slower is "
+                   "true; it was refused, or the last good set stays in force.";
         case Fault::lead:
-            return "The jerk-time is too short for the lead and max-output-accel; the stroke was refused, or "
-                   "the last good set stays in force.";
+            return "The lead is above max-lead, or jerk-time is too short for it and max-output-accel; the "
+                   "stroke was refused, or the last good set stays in force.";
         case Fault::soft_limit:
             return "A dead point, its correction and the taper of the stage do not fit between the soft "
                    "limits, or within max-offset; the stroke or the shift was refused.";

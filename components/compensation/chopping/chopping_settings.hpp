@@ -61,11 +61,9 @@ struct ChoppingSettings final : hal::Group {
     static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest},
         speeds{StrokeValues::slowest, 1e6};
     static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, wait_times{0.001, 10},
-        lead_times{0, 0.02}, gains{0.01, 0.95}, frequencies{0, 1000};
-    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, tapers{0, 100},
+        lead_times{0, 1}, gains{0.01, 0.95}, frequencies{0, 1000};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, hold_kinds{0, 1}, tapers{0, 100},
         speed_kinds{0, StrokeValues::with_sections}, counts{0, 2147483647};
-    // In air and in the work. A program gives up to four.
-    static constexpr std::size_t sections = 2;
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
     hal::In<double> lower{this, "lower", 0, "mu", "Lower dead point, in the frame of position."};
@@ -111,7 +109,17 @@ struct ChoppingSettings final : hal::Group {
         "Stop: 0 at the next dead point, then to position; 1 at the next dead point; 2 at once; 3 at the "
         "lower, 4 at the upper dead point.",
         hal::machine(stop_kinds)};
-    hal::Row<SectionPins, sections> section{this, "section"};
+    hal::In<bool> upward_first{this, "upward-first", false,
+                               "The first stroke is upward, where the axis starts between the dead points.",
+                               hal::machine()};
+    hal::In<std::int32_t> hold_kind{this, "hold-kind", 1,
+                                    "Hold: 0 at the next dead point, then to position; 1 at the next dead "
+                                    "point. emergency-hold holds at once.",
+                                    hal::machine(hold_kinds)};
+    hal::In<bool> refuse_slower{this, "refuse-slower", false,
+                                "Refuse a stroke that max-acceleration makes slower, and do not limit it.",
+                                hal::machine()};
+    hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
 
     hal::In<double> max_feed{
         this, "max-feed", 500, "mu/s", "Largest speed of the stroke.", hal::must(speeds)};
@@ -133,6 +141,7 @@ struct ChoppingSettings final : hal::Group {
                          "s",
                          "The command leads by this time; below 0.8 / Kv of the drive.",
                          hal::machine(lead_times)};
+    hal::In<double> max_lead{this, "max-lead", 0.02, "s", "Largest lead.", hal::expert(lead_times)};
     hal::In<double> max_output_acceleration{this,
                                             "max-output-accel",
                                             3000,
@@ -205,15 +214,19 @@ struct ChoppingSettings final : hal::Group {
         now.stroke.upper_dwell = setting(upper_dwell);
         now.stroke.strokes = setting(strokes);
         now.stroke.spark_out = setting(spark_out);
+        now.stroke.upward_first = upward_first;
         now.set_stop_kind(setting(stop_kind));
+        now.hold_kind = setting(hold_kind);
+        now.refuse_slower = refuse_slower;
         now.exact_stop = setting(exact_stop);
         now.stroke.exact_stop = setting(exact_stop_time);
-        for (std::size_t i = 0; i < sections; ++i) now.stroke.sections[i] = section[i].read();
+        for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
         const double rate = setting(max_rate), feed_limit = max_feed;
         now.max_rate = rate;
         now.stroke.acceleration = setting(max_acceleration);
         now.jerk_time = setting(jerk_time);
         now.lead = setting(lead);
+        now.max_lead = setting(max_lead);
         now.max_output_acceleration = setting(max_output_acceleration);
         now.stroke.largest_speed = std::min(feed_limit, rate - now.lead * now.stroke.acceleration);
         now.stroke.lowest = setting(min_limit);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/chopping/crossing.hpp"
 #include "components/math/blocks/edge.hpp"
 
 #include <algorithm>
@@ -14,7 +15,9 @@ public:
     // The bits of a period.
     struct Given {
         bool run = false, stop = false, enable = true, go_to_end = false, shift = false;
+        bool shift_at_crossing = false;
         bool program_running = false, outlasts = false;  // outlasts: strokes go on when their program ends
+        double crossing_position = 0, crossing_at = 0, farthest = 0;  // mu
     };
 
     // The orders of a period. An order to go to the end goes before a start.
@@ -36,7 +39,8 @@ public:
         watch_program(given, now.starts, dt);
         now.ordered = given.run && !ended_;
         now.runs = now.ordered && !given.stop;
-        now.shifts = shift_.changes(given.shift);
+        const bool crosses = crossing_.step(given.crossing_position, given.crossing_at, given.farthest);
+        now.shifts = shift_.changes(given.shift) || (crosses && given.shift_at_crossing);
         return now;
     }
 
@@ -59,6 +63,7 @@ private:
     double since_start_ = 2 * patience;  // s
     bool of_program_ = false, ended_ = false;
     Edge run_, end_, shift_;
+    Crossing crossing_;
 };
 
 }  // namespace plumb

@@ -20,15 +20,15 @@ struct StrokeValues {
     static constexpr double farthest = 1e6;           // mu
     static constexpr double slowest = 1e-3;           // mu/s, of max-feed
     static constexpr std::int32_t with_sections = 4;  // of speed_kind
-    // Of stop_kind.
+    // Of stop_kind, and the first two of hold_kind.
     enum StopKind : std::int32_t { at_end, at_dead_point, at_once, at_lower, at_upper };
 
     Oscillation::Settings stroke;  // without the region, which is taken over by commands
     double lower = 0, upper = 0;   // as given now
     double speed_value = 0, override_value = 1;
-    std::int32_t speed_kind = 0, stop_kind = 0;
-    bool learn = false, in_range = false;
-    double jerk_time = 0, lead = 0, max_output_acceleration = 0;
+    std::int32_t speed_kind = 0, stop_kind = 0, hold_kind = at_dead_point;
+    bool refuse_slower = false, learn = false, in_range = false;
+    double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
     double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
     double inset = 0, exact_stop = 0;
     DeadPointLearning::Settings learning;
@@ -36,9 +36,10 @@ struct StrokeValues {
     bool operator==(const StrokeValues& other) const noexcept {
         const auto all = [](const StrokeValues& its) {
             return std::tie(its.stroke, its.lower, its.upper, its.speed_value, its.override_value,
-                            its.speed_kind, its.stop_kind, its.learn, its.jerk_time, its.lead,
-                            its.max_output_acceleration, its.taper, its.max_offset, its.max_rate,
-                            its.max_drift, its.max_following_error, its.inset, its.exact_stop, its.learning);
+                            its.speed_kind, its.stop_kind, its.hold_kind, its.refuse_slower, its.learn,
+                            its.jerk_time, its.lead, its.max_lead, its.max_output_acceleration, its.taper,
+                            its.max_offset, its.max_rate, its.max_drift, its.max_following_error, its.inset,
+                            its.exact_stop, its.learning);
         };
         return all(*this) == all(other);
     }
@@ -61,6 +62,9 @@ struct StrokeValues {
             case at_upper: return Oscillation::Stop::upper;
             default: return Oscillation::Stop::end_position;
         }
+    }
+    Oscillation::Stop hold() const noexcept {
+        return hold_kind == at_end ? Oscillation::Stop::end_position : Oscillation::Stop::dead_point;
     }
     // Also of the end after a number of strokes, which is never at once.
     void set_stop_kind(std::int32_t kind) noexcept {
@@ -157,12 +161,13 @@ struct StrokeValues {
         const Reciprocation base{low, high, speed};
         if (!SpeedSections::valid(stroke.sections) || SpeedSections::overlap(stroke.sections, base))
             return Fault::sections;
+        if (refuse_slower && base.peak_acceleration() > stroke.acceleration) return Fault::acceleration;
         if (!leads()) return Fault::lead;
         return fits(low, high, position) ? Fault::none : Fault::soft_limit;
     }
 
     // The lead adds its time, times the jerk 2 a / jerk-time, to the acceleration a.
-    bool leads() const noexcept { return leads(lead, jerk_time); }
+    bool leads() const noexcept { return lead == 0 || (lead <= max_lead && leads(lead, jerk_time)); }
     // With the lead and the jerk-time of the command that runs.
     bool leads(double its_lead, double its_jerk_time) const noexcept {
         return its_lead == 0 ||

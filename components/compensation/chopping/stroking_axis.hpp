@@ -262,8 +262,7 @@ private:
         const StrokeValues& values = in_force_.values();
         hold_ordered_ = given.emergency_hold || given.feed_hold;
         if (given.emergency_hold || supervision_.recovers()) return Oscillation::Stop::at_once;
-        return given.feed_hold || values.override_value == 0 ? Oscillation::Stop::dead_point
-                                                             : Oscillation::Stop::none;
+        return given.feed_hold || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
     }
 
     void supervise(const Now& now, double dt) noexcept {

@@ -207,7 +207,7 @@ public:
             its = settings.place(axis);
             if (axes_.work.has(axis)) its.angles[direction(axis)] *= -1;  // as its angle
         });
-        correction_ = TipCorrection(s);
+        correction_ = TipCorrection(s, -settings.reference_tool_offset);
     }
 
     // Call it each period: it begins at the last result, and so needs few steps.

@@ -229,6 +229,13 @@ struct SquarenessSettings final : hal::Group {
                                      "The radial offset is given as a diameter.", hal::machine()};
     hal::Turning turning{this,          axis_direction,    to_bed, parallel_axis_corrects,
                          radial_offset, radial_is_diameter};
+    hal::Axes<hal::In<double>, 3> reference_tool_offset{
+        this,
+        "%-reference-tool-offset",
+        0,
+        "mu",
+        "Offset in % of the tool with which the origin of the work was set.",
+        hal::machine(SquarenessRanges::tools)};
     static constexpr hal::Range tilts{1e-9, 0.1}, corrections{1e-6, 100}, rates{1e-6, 10}, speeds{0, 1e5},
         settling_times{1e-3, 3600}, distances{1e-7, 0.1}, rotary_speeds{1e-3, 1e5}, reversal_rates{1e-6, 100},
         accelerations{1e-3, 1e5};
@@ -281,16 +288,25 @@ struct SquarenessSettings final : hal::Group {
                                           "Maximum acceleration of the correction where an axis turns.",
                                           hal::machine(accelerations)};
 
-    hal::Effects at_once{
-        this,          hal::Effect::at_once, axis_direction,     to_bed,    parallel_axis_corrects,
-        radial_offset, radial_direction,     radial_is_diameter, max_angle, max_correction};
+    hal::Effects at_once{this,
+                         hal::Effect::at_once,
+                         axis_direction,
+                         to_bed,
+                         parallel_axis_corrects,
+                         radial_offset,
+                         radial_direction,
+                         radial_is_diameter,
+                         reference_tool_offset,
+                         max_angle,
+                         max_correction};
 
     struct Values {
         std::array<SquarenessAxis::Settings, 6> axes;
         std::array<SquarenessRotary::Settings, 3> rotaries;
         bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
              radial_is_diameter = false;
-        double radial_offset = 0, radial_direction = 0;  // mu, deg
+        double radial_offset = 0, radial_direction = 0;                   // mu, deg
+        Eigen::Vector3d reference_tool_offset = Eigen::Vector3d::Zero();  // mu
         double max_angle = 0, max_correction = 0, max_rate = 0, max_speed = 0, settling_time = 0;
         double max_rotary_speed = 0, reversal_distance = 0, reversal_rate = 0, reversal_acceleration = 0;
 
@@ -362,6 +378,7 @@ private:
         take(given_.radial_is_diameter, radial_is_diameter);
         take(given_.radial_offset, radial_offset);
         take(given_.radial_direction, radial_direction);
+        for (int i = 0; i < 3; ++i) take(given_.reference_tool_offset[i], reference_tool_offset[i]);
         take(given_.max_angle, max_angle);
         take(given_.max_correction, max_correction);
         take(given_.max_rate, max_rate);
@@ -411,6 +428,9 @@ private:
             now.radial_is_diameter = values_.radial_is_diameter;
             bad = true;
         }
+        for (int i = 0; i < 3; ++i)
+            SquarenessRanges::make_usable(now.reference_tool_offset[i], SquarenessRanges::tools,
+                                          values_.reference_tool_offset[i], bad);
         return now;
     }
 

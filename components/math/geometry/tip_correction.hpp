@@ -50,7 +50,7 @@ private:
 
 // The correction c of X, Y and Z that brings the tip of a machine to the tip of an ideal one:
 //
-//     tip(q + c) = ideal tip(q)
+//     tip(q + c) = ideal tip(q) + displacement of the reference tool
 //
 // The axis parallel to one of them stays where it is, as if clamped. Or it takes its share: what its own tilt
 // and errors take from its travel,
@@ -60,8 +60,14 @@ private:
 // and c makes up for the rest. The share depends on w alone: an axis that stands is not moved.
 class TipCorrection {
 public:
-    explicit TipCorrection(const KinematicChain& chain) noexcept : chain_(chain) {}
-    explicit TipCorrection(const KinematicChain::Settings& settings) noexcept : chain_(settings) {}
+    // The reference tool, in mu, set the origin of the work: its error by the tilts is in there already.
+    explicit TipCorrection(const KinematicChain& chain,
+                           const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
+        : chain_(chain), origin_(chain.tool_displacement(reference_tool)) {}
+
+    explicit TipCorrection(const KinematicChain::Settings& settings,
+                           const Eigen::Vector3d& reference_tool = Eigen::Vector3d::Zero()) noexcept
+        : chain_(settings), origin_(chain_.tool_displacement(reference_tool)) {}
 
     KinematicChain& chain() noexcept { return chain_; }
     const KinematicChain& chain() const noexcept { return chain_; }
@@ -98,7 +104,7 @@ public:
         const Eigen::Matrix3d by_offset = tip.slopes.leftCols<3>();
         const Eigen::Matrix3d inverse = by_offset.inverse();
         const KinematicChain::Tip ideal = chain_.ideal(q, tool);
-        const Eigen::Vector3d rest = tip.place - ideal.place;
+        const Eigen::Vector3d rest = tip.place - ideal.place - origin_;
         const Eigen::Vector3d error = rest - by_offset * guess - tip.slopes.col(3) * share.offset;
         if (chain_.directed()) tip.by_direction.col(3) += tip.slopes.col(3) * share.by_direction;
         tip.slopes.col(3) *= 1 + share.slope;
@@ -110,7 +116,7 @@ public:
 
     // The position q whose correction leads to this one.
     AxisPosition un_corrected(const AxisPosition& corrected, const Eigen::Vector3d& tool) const noexcept {
-        const Eigen::Vector3d place = chain_.tip(corrected, tool).place;
+        const Eigen::Vector3d place = chain_.tip(corrected, tool).place - origin_;
         AxisPosition q = corrected;
         const KinematicChain::Tip ideal = chain_.ideal(corrected, tool);
         if (!chain_.has_rotary())
@@ -128,6 +134,7 @@ public:
 
 private:
     KinematicChain chain_;
+    Eigen::Vector3d origin_;
 };
 
 }  // namespace plumb

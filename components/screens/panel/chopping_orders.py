@@ -11,7 +11,7 @@ Stroke = collections.namedtuple("Stroke", "upper lower end speed")
 Stroke.__doc__ = "Dead points and point R in machine units, in the frame of the joint; speed in machine units a second."
 
 OFF, PHASES, BOTH, UPWARD, DOWNWARD = range(5)  # kinds of a section
-SECTIONS = 2
+SECTIONS = 4
 BY_PINS = ("run", "shift", "upper", "lower", "feed")
 
 

@@ -41,11 +41,11 @@ const Live live{{{"chopping", "chop"}},
                 3.6,
                 1,
                 {{},
-                 {"run",           "stop",           "enable",         "feed-hold", "go-to-end",
-                  "shift",         "emergency-hold", "upper",          "lower",     "position",
-                  "feed",          "override",       "max-offset",     "max-rate",  "lead",
-                  "jerk-time",     "stop-kind",      "joint-feedback", "learn",     "program-word",
-                  "program-value", "exact-stop",     "exact-stop-time"},
+                 {"run",          "stop",           "enable",     "feed-hold",      "go-to-end",
+                  "shift",        "emergency-hold", "hold-kind",  "upper",          "lower",
+                  "position",     "feed",           "override",   "max-offset",     "max-rate",
+                  "lead",         "jerk-time",      "stop-kind",  "joint-feedback", "learn",
+                  "program-word", "program-value",  "exact-stop", "exact-stop-time"},
                  {}},
                 stroke_beyond};
 
@@ -538,8 +538,9 @@ TEST_F(Chopping, RefusesWhatIsImpossibleAndSaysWhy) {
     try_it({{"speed-kind", 5, 5}});
     try_it({{"section-0-kind", 2, 6}, {"section-0-from", -13, 0}, {"section-0-to", -10, 0}});
     try_it({{"section-1-ratio", 0, 6}});
+    try_it({{"refuse-slower", 1, 7}, {"feed", 100, 0}});
     try_it({{"lead", 0.01, 8}});
-    try_it({{"lead", 0.03, 3}, {"jerk-time", 0.1, 0}});
+    try_it({{"lead", 0.03, 8}, {"jerk-time", 0.1, 0}});
     try_it({{"min-limit", -19, 9}});
     try_it({{"max-offset", 15, 9}});
     try_it({{"taper", 6, 9}});
@@ -600,7 +601,7 @@ TEST_F(Chopping, GoToEndKeepsTheRuleOfTheLead) {
     EXPECT_EQ(get("at-end"), 1);
 }
 
-TEST_F(Chopping, ShiftsItsRegionByCommand) {
+TEST_F(Chopping, ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay) {
     start();
     bench.run(1);
     set("upper", -4);
@@ -613,11 +614,26 @@ TEST_F(Chopping, ShiftsItsRegionByCommand) {
     EXPECT_NEAR(*std::min_element(z.begin() + 1000, z.end()), -12, 0.001);
     EXPECT_NEAR(*std::max_element(z.begin() + 1000, z.end()), -4, 0.001);
 
+    set("shift-at-crossing", 1);
+    set("crossing-at", 50);
+    set("crossing-position", 40);
+    set("upper", -1);
+    bench.run(1);
+    set("crossing-position", 60);
+    bench.run(2);
+    EXPECT_NEAR(highest(), -1, 0.001);
+    set("upper", -6);
+    bench.run(1);
+    EXPECT_NEAR(highest(), -1, 0.001);
+    set("crossing-position", 49);
+    bench.run(2);
+    EXPECT_NEAR(highest(), -6, 0.001);
+
     set("upper", -13);
     set("shift", 0);
     bench.run(2);
     EXPECT_EQ(get("fault-code"), 4) << "below the lower dead point";
-    EXPECT_NEAR(highest(), -4, 0.001);
+    EXPECT_NEAR(highest(), -6, 0.001);
 }
 
 TEST_F(Chopping, TheStrokeStaysWhenTheJointMovesAndEndsAtTheNewPlace) {
@@ -636,34 +652,38 @@ TEST_F(Chopping, TheStrokeStaysWhenTheJointMovesAndEndsAtTheNewPlace) {
     bench.run(1);
 }
 
-// At a dead point; only an emergency hold stands amid a stroke.
-TEST_F(Chopping, HoldsAtADeadPointAndGoesOn) {
+// At a dead point, or at R by way of one; only an emergency hold stands amid a stroke.
+TEST_F(Chopping, HoldsWhereItsKindSaysAtAnyPhaseAndGoesOn) {
     Random random(21);
     bound_all_periods(-20, 0);
     start();
     bench.run(1);
     for (const std::string pin : {"feed-hold", "override", "emergency-hold"})
-        for (int i = 0; i < 12; ++i) {
-            SCOPED_TRACE(pin + " " + std::to_string(i));
-            const bool emergency = pin == "emergency-hold", by_override = pin == "override";
-            bench.run(random.uniform(0.6, 1.3));
-            set(pin, by_override ? 0 : 1);
-            bench.run(emergency ? 0.1 : 0.33);  // a stroke is 0.314 s
-            EXPECT_EQ(get("held"), 1);
-            const double place = get("command");
-            if (emergency) {
-                EXPECT_GE(place, -20);
-                EXPECT_LE(place, -8);
-            } else {
-                EXPECT_LT(std::min(std::abs(place + 8), std::abs(place + 20)), nm);
+        for (const int kind : {0, 1})
+            for (int i = 0; i < 12; ++i) {
+                SCOPED_TRACE(pin + " " + std::to_string(kind) + " " + std::to_string(i));
+                const bool emergency = pin == "emergency-hold", by_override = pin == "override";
+                set("hold-kind", kind);
+                bench.run(random.uniform(0.6, 1.3));
+                set(pin, by_override ? 0 : 1);
+                bench.run(emergency ? 0.1 : kind == 0 ? 1.4 : 0.33);  // a stroke is 0.314 s
+                EXPECT_EQ(get("held"), 1);
+                const double place = get("command");
+                if (emergency) {
+                    EXPECT_GE(place, -20);
+                    EXPECT_LE(place, -8);
+                } else if (kind == 0) {
+                    EXPECT_EQ(place, 0);
+                } else {
+                    EXPECT_LT(std::min(std::abs(place + 8), std::abs(place + 20)), nm);
+                }
+                bench.run(random.uniform(0, 0.3));
+                EXPECT_EQ(get("command"), place);
+                set(pin, by_override ? 1 : 0);
+                bench.run(1.6);
+                EXPECT_EQ(get("held"), 0);
+                EXPECT_EQ(get("stroking"), 1);
             }
-            bench.run(random.uniform(0, 0.3));
-            EXPECT_EQ(get("command"), place);
-            set(pin, by_override ? 1 : 0);
-            bench.run(1.6);
-            EXPECT_EQ(get("held"), 0);
-            EXPECT_EQ(get("stroking"), 1);
-        }
     bench.run(1);
     EXPECT_NEAR(get("actual-cycle-time"), 0.628, 0.002);
 }
@@ -726,7 +746,7 @@ TEST_F(Chopping, NoHoldBreaksALimitWhateverChangesMeanwhile) {
             case 0:
             case 1: set("feed-hold", random.index(2)); break;
             case 2: set("emergency-hold", random.index(4) == 0); break;
-            case 3: set("feed-hold", 1); break;
+            case 3: set("hold-kind", random.index(2)); break;
             case 4: set("override", parts[random.index(3)]); break;
             case 5: set("run", random.index(3) > 0); break;
         }
@@ -739,6 +759,14 @@ TEST_F(Chopping, NoHoldBreaksALimitWhateverChangesMeanwhile) {
     set("override", 1);
     bench.run(4);
     EXPECT_EQ(get("at-end"), 1);
+}
+
+TEST_F(Chopping, AHoldKindThatIsNoneIsRefused) {
+    set("hold-kind", 2);
+    start();
+    bench.run(0.5);
+    EXPECT_EQ(get("fault-code"), 3);
+    EXPECT_EQ(get("active"), 0);
 }
 
 TEST_F(Chopping, GivesInfeedPulsesButNotInSparkOut) {
@@ -778,10 +806,10 @@ TEST_F(Chopping, AJerkTimeBoundsTheJerkAndALeadTheOutput) {
 }
 
 TEST_F(Chopping, ASectionInHeightsSlowsTheStrokeThere) {
-    set("section-1-kind", 2);
-    set("section-1-from", -16);
-    set("section-1-to", -12);
-    set("section-1-ratio", 0.25);
+    set("section-2-kind", 2);
+    set("section-2-from", -16);
+    set("section-2-to", -12);
+    set("section-2-ratio", 0.25);
     start();
     bench.run(2);
     bench.expect("z < -16 || z > -12 || abs(v) <= 15.1", {{"z", "chop.command"}, {"v", "chop.velocity"}});
@@ -833,10 +861,10 @@ TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
 }
 
 TEST_F(Chopping, ASectionThatIsTooFastForTheAccelerationIsReported) {
-    set("section-1-kind", 1);
-    set("section-1-from", 80);
-    set("section-1-to", 100);
-    set("section-1-ratio", 3);
+    set("section-3-kind", 1);
+    set("section-3-from", 80);
+    set("section-3-to", 100);
+    set("section-3-ratio", 3);
     start();
     const std::vector<double> z = commands(3);
     EXPECT_EQ(get("limited-code"), 1);

@@ -22,22 +22,24 @@ struct Working : Square {
 TEST(SquarenessRamp, EachChangeComesAtMaxRateAndGoesAtIt) {
     Working square;
     const Vec before = square.get_xyz("correction");
-    for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{{"enable", 0},
-                                                                                {"all-homed", 0},
-                                                                                {"ea0w", -100 * urad},
-                                                                                {"ec0x", 100 * urad},
-                                                                                {"z-tool-offset", 50},
-                                                                                {"y-tool-offset", 50},
-                                                                                {"radial-offset", 0},
-                                                                                {"radial-direction", 120},
-                                                                                {"radial-is-diameter", 1},
-                                                                                {"w-pivot", 300},
-                                                                                {"w-tool-follows", 0},
-                                                                                {"axis-direction", 1},
-                                                                                {"to-bed", 1},
-                                                                                {"max-angle", 100 * urad},
-                                                                                {"max-correction", .05},
-                                                                                {"w-position", 390}}) {
+    for (const auto& [pin, value] :
+         std::vector<std::pair<std::string, double>>{{"enable", 0},
+                                                     {"all-homed", 0},
+                                                     {"ea0w", -100 * urad},
+                                                     {"ec0x", 100 * urad},
+                                                     {"z-tool-offset", 50},
+                                                     {"y-tool-offset", 50},
+                                                     {"radial-offset", 0},
+                                                     {"radial-direction", 120},
+                                                     {"radial-is-diameter", 1},
+                                                     {"w-pivot", 300},
+                                                     {"w-tool-follows", 0},
+                                                     {"z-reference-tool-offset", 150},
+                                                     {"axis-direction", 1},
+                                                     {"to-bed", 1},
+                                                     {"max-angle", 100 * urad},
+                                                     {"max-correction", .05},
+                                                     {"w-position", 390}}) {
         SCOPED_TRACE(pin);
         const double own = square.get(pin);
         for (const bool there : {true, false}) {
@@ -291,7 +293,8 @@ TEST(SquarenessRamp, RapidAtMaxSpeedIsFollowedWithoutLag) {
 TEST(SquarenessRamp, BadValueLeavesTheLastGoodOneAlsoInMotion) {
     const std::vector<std::pair<std::string, int>> inputs{
         {"w-position", 1}, {"y-velocity", 1},    {"z-tool-offset", 2},    {"ea0w", 3},
-        {"w-pivot", 3},    {"radial-offset", 3}, {"radial-direction", 7}, {"max-rate", 4}};
+        {"w-pivot", 3},    {"radial-offset", 3}, {"radial-direction", 7}, {"x-reference-tool-offset", 3},
+        {"max-rate", 4}};
     for (const double bad : {not_a_number, -std::numeric_limits<double>::infinity(), 1e308}) {
         Working square(false);
         square.bench.command("loadrt siggen names=wave");

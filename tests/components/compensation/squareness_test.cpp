@@ -170,7 +170,11 @@ TEST(Squareness, PivotShimAndReferenceToolTakeAwayWhatTheyShould) {
     EXPECT_LT(
         (square.get_xyz("error") - (machine.tip(from_pivot, tool) - ideal_tip(from_pivot, tool))).length(),
         1e-9);
-    square.set("y-tool-follows", 0);
+    square.set("z-reference-tool-offset", 300);
+    square.go(q);
+    EXPECT_LT((square.get_xyz("error") - (machine.tip(from_pivot, {}) - ideal_tip(from_pivot, {}))).length(),
+              1e-3 * um);
+    square.set({{"z-reference-tool-offset", 0}, {"y-tool-follows", 0}});
     square.go(q);
     EXPECT_LT((square.get_xyz("error") - (machine.tip(from_pivot, {}) - ideal_tip(from_pivot, {}))).length(),
               1e-9);

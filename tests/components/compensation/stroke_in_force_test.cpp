@@ -19,6 +19,7 @@ StrokeValues good() {
     its.speed_value = 60;
     its.max_offset = 500;
     its.max_rate = 500;
+    its.max_lead = 0.02;
     its.max_output_acceleration = 3000;
     its.inset = 0.3;
     its.in_range = true;

@@ -10,6 +10,7 @@ constexpr double dt = 0.001;  // s
 
 StrokeOrders::Given usual() {
     StrokeOrders::Given its;
+    its.farthest = 1e6;
     return its;
 }
 
@@ -36,15 +37,22 @@ TEST(StrokeOrders, AnOrderToTheEndGoesBeforeAStart) {
     EXPECT_FALSE(it.step(given, dt).starts) << "nor later";
 }
 
-TEST(StrokeOrders, AShiftIsEachChange) {
+TEST(StrokeOrders, AShiftIsEachChangeOrACrossingWhereItCounts) {
     StrokeOrders it;
     StrokeOrders::Given given = usual();
+    given.crossing_position = -1;
     it.step(given, dt);
     for (const bool shift : {true, false}) {
         given.shift = shift;
         EXPECT_TRUE(it.step(given, dt).shifts);
         EXPECT_FALSE(it.step(given, dt).shifts);
     }
+    given.crossing_position = 1;
+    EXPECT_FALSE(it.step(given, dt).shifts) << "a crossing that does not count";
+    given.shift_at_crossing = true;
+    EXPECT_FALSE(it.step(given, dt).shifts) << "and does not count later";
+    given.crossing_position = -1;
+    EXPECT_TRUE(it.step(given, dt).shifts);
 }
 
 TEST(StrokeOrders, StrokesEndWithTheProgramThatBeganThem) {

@@ -26,6 +26,7 @@ struct Values : testing::Test {
         it.stroke.lowest = -100;
         it.stroke.highest = 100;
         it.max_offset = 500;
+        it.max_lead = 0.02;
         it.max_output_acceleration = 3000;
         it.in_range = true;
     }
@@ -58,6 +59,16 @@ TEST_F(Values, EachReasonRefusesTheStroke) {
              its.stroke.sections[1] = {SpeedSection::height, 25, 35, 0.5};
          },
          Fault::sections},
+        {[](StrokeValues& its) {
+             its.refuse_slower = true;
+             its.stroke.acceleration = 239;  // 2 F^2 / S is 240
+         },
+         Fault::acceleration},
+        {[](StrokeValues& its) {
+             its.refuse_slower = true;
+             its.stroke.acceleration = 241;
+         },
+         Fault::none},
         {[](StrokeValues& its) { its.lead = 0.01; }, Fault::lead},  // without a jerk-time
         {[](StrokeValues& its) { its.stroke.highest = 39; }, Fault::soft_limit},
         {[](StrokeValues& its) { its.stroke.lowest = 11; }, Fault::soft_limit},
@@ -90,6 +101,9 @@ TEST_F(Values, ALeadAddsItsTimeTimesTheJerk) {
     EXPECT_FALSE(it.leads());
     EXPECT_TRUE(it.leads(0.01, 0.02)) << "by the command that runs";
     EXPECT_TRUE(it.leads(0, 0));
+    it.jerk_time = 0.1;
+    it.lead = 0.021;
+    EXPECT_FALSE(it.leads()) << "above max-lead";
 }
 
 TEST_F(Values, EachKindOfSpeedGivesItsPeak) {

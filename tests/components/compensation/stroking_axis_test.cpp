@@ -29,6 +29,7 @@ struct StrokingAxisTest : testing::Test {
         values.stroke.lowest = -100;
         values.stroke.highest = 100;
         values.max_offset = values.max_rate = 500;
+        now.orders.farthest = StrokingAxis::farthest;
         now.on = now.homed = true;
         it.begin(values);
     }

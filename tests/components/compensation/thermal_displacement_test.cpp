@@ -698,27 +698,13 @@ TEST(ThermalDisplacement, AfterARestartTheGrowthIsUnknownBeforeTheFirstCut) {
 
 TEST(ThermalDisplacement, EverySettingIsJudged) {
     Mill mill;
-    for (const std::string pin : {"threshold",
-                                  "release",
-                                  "smoothing",
-                                  "debounce",
-                                  "blanking-time",
-                                  "load-latency",
-                                  "reference-cycles",
-                                  "window",
-                                  "max-growth-rate",
-                                  "gate-floor",
-                                  "gate-cap",
-                                  "max-correction",
-                                  "expected-growth",
-                                  "unexplained-growth",
-                                  "contact-repeatability",
-                                  "temperature-growth",
-                                  "tolerance",
-                                  "time-tolerance",
-                                  "max-offset",
-                                  "max-rate",
-                                  "work-tolerance"}) {
+    for (const std::string pin :
+         {"threshold",          "release",         "smoothing",          "debounce",
+          "blanking-time",      "load-latency",    "reference-cycles",   "window",
+          "max-growth-rate",    "gate-floor",      "gate-cap",           "confirm-contacts",
+          "max-correction",     "expected-growth", "unexplained-growth", "contact-repeatability",
+          "temperature-growth", "tolerance",       "time-tolerance",     "max-offset",
+          "max-rate",           "work-tolerance"}) {
         const double own = mill.get(pin);
         mill.set(pin, -1);
         mill.bench.run(0.04);

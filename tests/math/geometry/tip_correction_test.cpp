@@ -189,17 +189,18 @@ TEST(TipCorrection, ParallelAxisTakesWhatItsTiltTakesFromItsTravel) {
         }
 }
 
-TEST(TipCorrection, ATiltDisplacesTheToolAtThePivotByItsLength) {
+TEST(TipCorrection, ReferenceToolIsNotDisplacedAtThePivot) {
     auto settings = chain("w-Z.b-X-Y-C-t");
     settings.tilts[y].angles = {60 * arcsec, 0, -80 * arcsec};
     const KinematicChain model(settings);
-    const Vector3d tool(0, 0, -250);
-    const TipCorrection correction(model);
-    EXPECT_NEAR(correction.at(AxisPosition::Zero(), tool).offset.y(), std::sin(60 * arcsec) * -250,
+    const Vector3d reference(0, 0, -150), longer(0, 0, -250);
+    const TipCorrection correction(model, reference);
+    EXPECT_LT(correction.at(AxisPosition::Zero(), reference).offset.norm(), 1e-9);
+    EXPECT_NEAR(correction.at(AxisPosition::Zero(), longer).offset.y(), std::sin(60 * arcsec) * -100,
                 0.05 * um);
     const AxisPosition q(100, 200, -300, 0);
-    const AxisPosition there = TipCorrection::corrected(q, correction.at(q, tool).offset);
-    EXPECT_LT((correction.un_corrected(there, tool) - q).norm(), 1e-9);
+    const AxisPosition there = TipCorrection::corrected(q, correction.at(q, longer).offset);
+    EXPECT_LT((correction.un_corrected(there, longer) - q).norm(), 1e-9);
 }
 
 // A portal with all tilts, and all errors of a worn machine on each axis, drawn again at each place.

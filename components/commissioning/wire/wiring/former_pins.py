@@ -16,7 +16,6 @@ PROGRAM = "net NAME-state PROGRAM.state => interlock.service-state-{0}, once for
 PERMIT = "net NAME-permit interlock.function-permit-{0} => NAME.permit, with NAME for the function"
 BY_PERMIT = "net NAME-permit interlock.function-permit-N => {instance}.permit, with the N of the function; or load it with interlock=no"
 CONSTANT = "nothing: it is constant now, %s"
-COMPARATOR = "net the output of a comparator, as of comp(9), to {instance}.shift: each of its changes takes over the dead points"
 # Of each module: the former pin, and what to write.
 INSTEAD = {
     "interlock": (
@@ -32,17 +31,8 @@ INSTEAD = {
         (r"ea0[xua]|eb0[yvb]|ec0[zwc]", "nothing: a tilt of an axis about itself is one of the axes that it carries: ea0y and ea0z for ea0x"),
         (r"ex0a|ey0b|ez0c", "nothing: along itself a rotary axis has no place"),
         (r"e[abc]0[xyzuvw]-in-use", "nothing: of a tilt of an axis about itself"),
-        (r"[xyz]-reference-tool-offset", CONSTANT % "0: set the origin of the work with the correction on"),
     ),
-    "chopping": (
-        (r"shift-at-crossing|crossing-at|crossing-position", COMPARATOR),
-        (r"pulse-time", CONSTANT % "0.02 s"),
-        (r"upward-first", CONSTANT % "false: put point R at the dead point where the first stroke begins"),
-        (r"hold-kind", CONSTANT % "1: a hold stands at the next dead point"),
-        (r"refuse-slower", CONSTANT % "false: see limited-code"),
-        (r"max-lead", CONSTANT % "0.02 s"),
-        (r"section-[23]-\w+", "section-0 or section-1, or give the section in the program"),
-    ),
+    "chopping": ((r"pulse-time", CONSTANT % "0.02 s"),),
     "thermal_displacement": (
         (r"exclude-operation-[4-7]", "exclude-operation-0 to -3"),
         (r"baseline-time", CONSTANT % "0.5 s"),
@@ -50,7 +40,6 @@ INSTEAD = {
         (r"feed-range", CONSTANT % "0.5"),
         (r"lost-time-tolerance", CONSTANT % "0.002 s"),
         (r"steady-time", CONSTANT % "0.2 s"),
-        (r"confirm-contacts", CONSTANT % "0: learn again after a batch of other blanks"),
     ),
     "thermal_growth_test": ((r"range-share", CONSTANT % "0.15"),),
     "centre_height": ((r"x-known|known-x(?:-sigma)?", "nothing: make one more cut"), (r"stock-sigma", CONSTANT % "0.01 mm"),
