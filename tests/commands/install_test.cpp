@@ -157,18 +157,22 @@ TEST_F(Installed, StockLinuxCncLoadsThermalDisplacement) {
     machine.as_root = false;
     on_own_machine(
         [] {
+            // -1, which update() alone writes: so it runs.
+            std::ofstream("/tmp/await") << "for turn in $(seq 100); do\n"
+                                           "  [ $(halcmd getp z-growth.row-shown) = -1 ] && break\n"
+                                           "  sleep 0.1\n"
+                                           "done\n";
             std::ofstream("/tmp/load.hal") << "loadrt threads name1=servo-thread period1=1000000\n"
                                               "loadrt thermal_displacement names=z-growth interlock=no\n"
                                               "addf z-growth.update servo-thread\n"
                                               "setp z-growth.max-offset 0.1\n"
                                               "start\n"
-                                              "loadusr -w sleep 0.2\n"
+                                              "loadusr -w bash /tmp/await\n"
                                               "show pin z-growth.max-offset\n"
                                               "show pin z-growth.row-shown\n";
             const Ended halrun = run("RTAPI_UID=65534 halrun -f /tmp/load.hal");
             EXPECT_EQ(halrun.status, 0) << halrun.output;
             EXPECT_THAT(halrun.output, HasSubstr("0.1  z-growth.max-offset"));
-            // -1, which update() alone writes: so it runs.
             EXPECT_THAT(halrun.output, HasSubstr("-1  z-growth.row-shown"));
         },
         machine);

@@ -103,7 +103,8 @@ class Needs(unittest.TestCase):
         """The C++ sources of all that is built for a bench, by their place in the tree."""
         words = ["ninja", "-C", BUILD, "-t", "inputs", *constants(parsed(name + ".py"))["TARGETS"].split()]
         lines = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True).stdout.splitlines()
-        return [os.path.relpath(line, ROOT) for line in lines if line.startswith(ROOT) and line.endswith(".cpp")]
+        root, real = os.path.realpath(ROOT), map(os.path.realpath, lines)  # the clone may be reached through a link
+        return [os.path.relpath(line, root) for line in real if line.startswith(root) and line.endswith(".cpp")]
 
     def asked_of_setup(self, *words):
         """The words with which scripts/bench calls scripts/setup."""
