@@ -94,7 +94,6 @@ public:
         const int number = descriptor.number();
         termios line{};
         if (number < 0 || tcgetattr(number, &line) != 0) fail();
-        if (ioctl(number, TIOCEXCL) != 0) fail();
         cfmakeraw(&line);
         line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | PARENB | PARODD | CRTSCTS | HUPCL);
         line.c_cflag |= CLOCAL | CREAD;
@@ -110,6 +109,7 @@ public:
             throw std::system_error(EINVAL, std::generic_category(),
                                     "the driver refuses " + std::to_string(settings.baud) + " baud");
         tcflush(number, TCIOFLUSH);
+        if (ioctl(number, TIOCEXCL) != 0) fail();
         return ModbusConnection(std::move(descriptor), settings);
     }
 
@@ -117,8 +117,12 @@ public:
     int number() const noexcept { return descriptor_.number(); }
 
     void close() noexcept {
-        // Else close() waits until a device takes the bytes that are left.
-        if (serial_ && descriptor_) tcflush(descriptor_.number(), TCIOFLUSH);
+        if (serial_ && descriptor_) {
+            // Else close() waits until a device takes the bytes that are left.
+            tcflush(descriptor_.number(), TCIOFLUSH);
+            // Else only root opens it again while another program has it open.
+            ioctl(descriptor_.number(), TIOCNXCL);
+        }
         modbus_.reset();  // leaves the descriptor open
         descriptor_.close();
     }
