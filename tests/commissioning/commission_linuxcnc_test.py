@@ -28,7 +28,8 @@ class Commission(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         ini = prepared(own_folder(cls), "squareness")
-        its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", *FAULTS_HERE)
+        its, cls.output = linuxcnc_runs.work(os.path.dirname(os.path.dirname(ini)), ini, "commission_scenario.py", "squareness", *FAULTS_HERE,
+                                             patience=2 * linuxcnc_runs.PATIENCE)  # several sessions of 20 steps
         cls.facts = its["facts"]
         cls.table = cls.facts["table"]
         for standstill in cls.facts.get("standstills", []):
