@@ -39,7 +39,7 @@ def main():
     action.add_argument("--state", action="store_true", help="show the functions and stages that have passed, and each later change")
     action.add_argument("--by-hand", action="store_true", help="let the function and its stages pass without a step; the sheet says by whom")
     action.add_argument("--accept", action="store_true", help="take over what passed on another computer, or an older copy of it")
-    action.add_argument("--renew", action="store_true", help="begin new stores in place of those: what passed, what was learned and settings of the panel are gone")
+    action.add_argument("--renew", action="store_true", help="replace these stores by new ones; you lose what passed, the learned references and the settings of the panel")
     action.add_argument("--again", action="store_true",
                         help="after work on a drive, encoder or screw: take the pass of a function or a stage back, and begin its steps")
     action.add_argument("--undo", action="store_true", help="take the function and its stages back: they are held again")
@@ -137,7 +137,7 @@ class Running:
             return refuse(_("nothing that passed is in doubt"), 1)
         if not self.rig.answer(pin):
             return refuse(" ".join(self.rig.doubts()), 1)
-        print(_("What passed counts again on this computer.") if pin == "accept" else _("The stores begin anew."))
+        print(_("What passed counts again on this computer.") if pin == "accept" else _("New stores have replaced the old ones."))
         return 0
 
     def by_hand(self, function, who):

@@ -34,12 +34,12 @@ struct TipHeight {
     double by_diameter_1 = 0, by_diameter_2 = 0, by_travel = 0;
     double disagreement = 0;        // in sigmas
     double predicted = 0;           // diameter of the last cut, by the estimate
-    double bias_y = 0, bias_x = 0;  // by a burr that no other cut shows; of two cuts, that of y squared
+    double bias_y = 0, bias_x = 0;  // error by a burr on one cut; two cuts: error of y squared
     std::uint32_t rejected = 0;     // a bit for each cut that is an outlier
     Detail fault = Detail::none;
 
-    // What an entry may be. A tool on centre would leave `expected`, steps of Y included. X is the programmed
-    // one, or that of the announced lands.
+    // Judges an entry against `expected`, the radius of a tool on centre, steps of Y included. X comes from
+    // the program, or else from the announced lands.
     static Detail slip(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
         const SkewedAxes axes(settings.angle);
         const double y = cuts[i].y;

@@ -133,7 +133,7 @@ public:
     // Radius that a cut at dx, dy from the first one leaves, without drift.
     double predicted(double dx, double dy) const noexcept { return std::hypot(x + dx, y + dy); }
 
-    // Sigma of a predicted radius, that of the cut itself not included.
+    // Sigma of a predicted radius, without the scatter of the cut itself.
     double sigma_predicted(double dx, double dy) const noexcept {
         const double radius = predicted(dx, dy);
         return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) : 0;
@@ -396,7 +396,7 @@ struct TwoCuts {
     double sigma() const noexcept {
         return y() > floor() ? sigma_y_squared / (2 * y()) : sigma_y_squared > 0 ? floor() : 0;
     }
-    // Derivative of y by a quantity, from that of y squared; below the floor that at the floor.
+    // Converts the derivative of y squared into the derivative of y. Below the floor, y counts as the floor.
     double sensitivity(double of_square) const noexcept {
         const double least = std::max(y(), floor());
         return least > 0 ? of_square / (2 * least) : 0;

@@ -72,7 +72,7 @@ class Commissioning(Page):
             return
         if rig.doubts():
             self._box.pack_start(flow(self._button(_("It is this machine: take over what passed"), lambda: self._answer_stores("accept")),
-                                      button(_("It is another machine: begin anew"), self._ask_to_renew)), False, False, 0)
+                                      button(_("It is another machine: begin new stores"), self._ask_to_renew)), False, False, 0)
         if rig.is_required():
             self._box.pack_start(label(_("A function acts only after it has passed here. Each step says what to do, and the way back."), "soft"), False, False, 0)
             passed = [place for place in (*rig.functions, *rig.stages) if rig.is_commissioned(place)]
@@ -96,7 +96,7 @@ class Commissioning(Page):
     def _answer_stores(self, pin):
         rig = self._rig()
         taken = rig.answer(pin)
-        said = _("What passed counts again on this computer.") if pin == "accept" else _("The stores begin anew.")
+        said = _("What passed counts again on this computer.") if pin == "accept" else _("New stores have replaced the old ones.")
         self.panel.say(said if taken else " ".join(rig.doubts()), "good" if taken else "bad")
         self._show_state()
 

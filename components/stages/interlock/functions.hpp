@@ -17,15 +17,19 @@ struct Functions : hal::Group {
     static constexpr std::size_t most = 16;
     static constexpr std::int32_t first_four = 15;  // services: the default of when there were no more
 
-    // `stages`: their number.
-    Functions(hal::Owner owner, std::size_t number, std::size_t stages)
-        : Group(owner), all_stages_((1 << stages) - 1), number_(number), its_(number) {
+    // `stages`, `services`: their numbers.
+    Functions(hal::Owner owner, std::size_t number, std::size_t stages, std::size_t services)
+        : Group(owner),
+          all_stages_((1 << stages) - 1),
+          first_services_(first_four & Services::of(services)),
+          number_(number),
+          its_(number) {
         for (std::size_t i = 0; i < number; ++i)
             heard_.emplace_back(hal::Party::function, hal::Direction::to_interlock,
                                 static_cast<std::uint32_t>(i), 100);  // its thread may be a slower one
     }
 
-    const std::int32_t all_stages_;  // as a sum
+    const std::int32_t all_stages_, first_services_;  // as sums
     const std::size_t number_;
 
     template <class P>
@@ -38,7 +42,7 @@ struct Functions : hal::Group {
     Row<hal::In<bool>> suspend{this, number_, "function-suspend", false,
                                "The part program suspends the function."};
     Row<hal::In<std::int32_t>> needs{
-        this, number_, "function-services", first_four,
+        this, number_, "function-services", first_services_,
         "Services that the function needs: the sum of 1 for service 0, 2 for service 1, 4 for service 2, ... "
         "128 for service 7."};
     Row<hal::In<std::int32_t>> urgent{this, number_, "function-urgent", 0,
@@ -85,7 +89,7 @@ struct Functions : hal::Group {
             heard_[i].step(state[i]);
             const hal::FunctionState said = hal::FunctionState::of(heard_[i].content());
             const std::int32_t given = needs[i], at_once = urgent[i];
-            const bool known = possible(given) && possible(at_once);
+            const bool known = services.exist(given) && services.exist(at_once);
             good &= known;
             State& its = its_[i];
             const bool on_by_pin = is_on[i], off_by_pin = is_off[i], switched_on = on_by_pin && !off_by_pin;
@@ -93,7 +97,7 @@ struct Functions : hal::Group {
             its.leaves = !switched_on && its.on && its.enabled && now.cuts && at_once == 0 && !its.on_trial;
             const bool on = switched_on || its.leaves;
             any_left_ |= its.on && !on && its.enabled;
-            const bool served = services.are_ok(known ? given : Services::all);
+            const bool served = services.are_ok(known ? given : services.all());
             const bool is_urgent = !known || services.any_lost(at_once);
             const std::int32_t named = its_stages[i];
             its.stages = named >= 0 ? named : all_stages_;
@@ -104,7 +108,7 @@ struct Functions : hal::Group {
             any_ramping_ |= said.ramping;
             const bool stays = its.granted && is_busy && !is_urgent && !its.on_trial;
             any_busy_ |= its.granted && is_busy;
-            urgent_services_ |= known ? at_once : Services::all;
+            urgent_services_ |= known ? at_once : services.all();
             const bool renews = now.starts || (on && !its.on) || its.granted;
             if (served)
                 its.lost = its.lost && !renews;
@@ -119,7 +123,7 @@ struct Functions : hal::Group {
             its.on = on;
             its.served = served;
             its.suspended = suspend[i];
-            its.needs = known ? given : Services::all;
+            its.needs = known ? given : services.all();
             if (!now.probing) its.enabled = its.granted && !its.suspended;
 
             any_permitted_ |= permitted;
@@ -200,8 +204,6 @@ private:
         bool silent = false;
         std::int32_t needs = 0, stages = 0, silent_stages = 0;  // services, its own stages, and of these
     };
-
-    static constexpr bool possible(std::int32_t sum) noexcept { return sum >= 0 && sum <= Services::all; }
 
     std::vector<State> its_;
     std::vector<hal::BusListener> heard_;

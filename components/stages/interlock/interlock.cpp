@@ -25,14 +25,15 @@ constexpr const char* sentence(Fault fault) {
             return "A service-timeout or a delay of a message is out of range (0 to 3600 s), or clock-speed "
                    "(0.01 to 1000); its last good value is used.";
         case Fault::services:
-            return "One of function-services, function-urgent and feed-services is out of range (0 to 255); "
-                   "it "
-                   "stands for all services.";
+            return "One of function-services, function-urgent and feed-services names a service without a "
+                   "row "
+                   "(services=N); it stands for all services.";
         case Fault::order:
             return "A function of Plumb is in a wrong place of its thread, or in none: run plumb doctor "
                    "--running; no cycle is armed, and offsets are held as soon as no function is busy.";
         case Fault::silent:
-            return "A stage or a function is not heard: net its state to stage-state or function-state of its "
+            return "A stage or a function is not heard: net its state to stage-state or function-state of "
+                   "its "
                    "row, and the permit of that row to it; silent-row gives the row.";
         case Fault::operation: return "The operation-key is invalid or beyond 2147483647; operation is 0.";
         default: return nullptr;
@@ -60,15 +61,16 @@ struct Interlock final : hal::Component {
         this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
     hal::In<double> operation_key{this, "operation-key", 0, "1",
                                   "Key of the operation, which the program sets by M68."};
-    hal::Option<int> number_of_functions{this, "functions", 1,
-                                         "Number of functions, 0 to 16: the rows function-...-N.", {"16"}};
-    hal::Option<int> number_of_stages{this, "stages", 1,
-                                      "Number of stages, 0 to 17: the rows stage-...-N.", {"17"}};
+    hal::Option<int> number_of_functions{
+        this, "functions", 1, "Number of functions, 0 to 16: the rows function-...-N.", {"16"}};
+    hal::Option<int> number_of_stages{
+        this, "stages", 1, "Number of stages, 0 to 17: the rows stage-...-N.", {"17"}};
     hal::Option<int> number_of_services{this, "services", Services::most,
                                         "Number of services, 0 to 8: the rows service-...-N."};
     Services services{this, rows("services", number_of_services, Services::most)};
     Functions functions{this, rows("functions", number_of_functions, Functions::most),
-                        rows("stages", number_of_stages, Stages::most)};
+                        rows("stages", number_of_stages, Stages::most),
+                        rows("services", number_of_services, Services::most)};
     Stages stages{this, rows("stages", number_of_stages, Stages::most)};
     Commissioning commissioning{this, functions.number(), stages.number()};
     hal::In<double> uncompensated_delay{
@@ -145,17 +147,17 @@ struct Interlock final : hal::Component {
         cycle_ = cycle;
         const bool good_times = services.step(dt) && delays.valid();
         const std::int32_t feed_needs = feed_services;
-        const bool good_feed_needs = feed_needs >= 0 && feed_needs <= Services::all;
+        const bool good_feed_needs = services.exist(feed_needs);
         const bool running = program_running;
         const bool cuts = running && type != rapid && type != tool_change;
         const Stages::Now its_stages = stages.read();
         commissioning.step({on, homed, running || cycle, its_stages}, functions, dt / services.speed());
         const bool good_needs =
-            functions.step(services, {starts, probing, cuts, running, its_stages.silent,
-                                      commissioning.held_functions(), commissioning.held_stages(),
-                                      commissioning.tried_functions()}) &&
+            functions.step(services,
+                           {starts, probing, cuts, running, its_stages.silent, commissioning.held_functions(),
+                            commissioning.held_stages(), commissioning.tried_functions()}) &&
             good_feed_needs;
-        const std::int32_t holding = good_feed_needs ? feed_needs : Services::all;
+        const std::int32_t holding = good_feed_needs ? feed_needs : services.all();
         // Task may take a move for done that has not begun: motion knows better.
         const bool loss = services.any_lost(holding) || ((running || type != 0) && functions.any_withdrawn());
         armed_ = able && (armed_ || (starts && in_order && functions.any_permitted()));
@@ -173,7 +175,7 @@ struct Interlock final : hal::Component {
         arm = armed_;
         operation = known_key ? static_cast<std::int32_t>(std::round(key)) : 0;
         const std::int32_t silent_function = functions.first_silent();
-        const std::int32_t silent = its_stages.silent       ? first_number(its_stages.silent)
+        const std::int32_t silent = its_stages.silent      ? first_number(its_stages.silent)
                                     : silent_function >= 0 ? 100 + silent_function
                                                            : -1;
         const bool is_silent = silent_.step(silent >= 0, told_after, 0, dt);
@@ -269,12 +271,12 @@ private:
     Delays delays_{2, 5, 5};  // the last good ones
     DelayedBit silent_, abort_, defeated_, uncompensated_, refused_, held_;
     hal::ThreadWatch threads_;
-    bool stood_ = false;    // the path, since feed-inhibit
-    bool holds_ = false;    // all offsets, because the order is wrong
-    bool returns_ = false;  // an offset that was switched off in a program
+    bool stood_ = false;        // the path, since feed-inhibit
+    bool holds_ = false;        // all offsets, because the order is wrong
+    bool returns_ = false;      // an offset that was switched off in a program
     std::uint32_t beats_ = 0;   // of the permits of stages
     std::int32_t periods_ = 0;  // all
-    bool cycle_ = true;  // a cycle that runs already does not start
+    bool cycle_ = true;         // a cycle that runs already does not start
     bool armed_ = false, was_armed_ = false;
     int announced_ = 0;  // periods in which ramping is true without a ramp
 };

@@ -17,8 +17,7 @@ namespace plumb {
 // The programs beside realtime that functions need.
 struct Services : hal::Group {
     static constexpr std::size_t most = 8;
-    static constexpr std::int32_t all = (1 << most) - 1;  // as a sum of 1, 2, 4, ... 128
-    static constexpr double longest = 3600;               // s
+    static constexpr double longest = 3600;  // s
     static constexpr double fastest = 1000, slowest = 0.01;
 
     // Of those that hold no feed: waiting-code tells the others.
@@ -76,8 +75,7 @@ struct Services : hal::Group {
         const double speed = clock_speed;
         bool good = clock_speed.accepts(speed);
         if (good) speed_ = speed;
-        ok_ = all & ~((1 << number_) - 1);  // a service that there is not is not missed
-        lost_ = 0;
+        ok_ = lost_ = 0;
         for (std::size_t i = 0; i < number_; ++i) {
             const std::uint32_t word = state[i];
             heard_[i].step(word);
@@ -97,6 +95,9 @@ struct Services : hal::Group {
 
     double speed() const noexcept { return speed_; }  // of the clock, against the computer's
 
+    static constexpr std::int32_t of(std::size_t number) noexcept { return (1 << number) - 1; }
+    std::int32_t all() const noexcept { return of(number_); }
+    bool exist(std::int32_t these) const noexcept { return (these & ~all()) == 0; }
     // Of these, as a sum of 1, 2, 4, ... 128.
     bool are_ok(std::int32_t these) const noexcept { return (these & ~ok_) == 0; }
     bool any_lost(std::int32_t these) const noexcept { return (these & lost_) != 0; }

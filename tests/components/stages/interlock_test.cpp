@@ -587,19 +587,35 @@ TEST(Interlock, AServiceBeatsByTheWordOfItsOwnProgramAlone) {
     }
 }
 
-TEST(Interlock, AServiceWithoutARowIsNotMissed) {
+TEST(Interlock, AServiceWithoutARowIsAFaultAndIsNotTakenForOk) {
     Bench bench(Bench::Thread::none, with_specimens());
     bench.command("loadrt threads name1=servo-thread period1=1000000");
     bench.command("loadrt peers names=peers");
     bench.command("loadrt interlock names=it stages=0 services=2");
     bench.command("net state peers.function-state-0 it.function-state-0");
     bench.command("setp it.function-switch-0 1");
-    bench.command("setp it.function-services-0 255");
     bench.command("addf peers.update servo-thread");
     bench.command("addf it.update servo-thread");
     bench.command("start");
     bench.run(0.1);
-    EXPECT_TRUE(bench.get("it.function-enable-0"));
+    EXPECT_TRUE(bench.get("it.function-enable-0")) << "the default has the rows that there are";
+    EXPECT_EQ(bench.get("it.fault-code"), 0);
+    for (const char* pin : {"it.function-services-0", "it.function-urgent-0", "it.feed-services"}) {
+        SCOPED_TRACE(pin);
+        const double own = bench.get(pin);
+        bench.set(pin, 32);
+        bench.run(0.1);
+        EXPECT_EQ(bench.get("it.fault-code"), 2);
+        bench.set(pin, own);
+        bench.run(0.1);
+        EXPECT_EQ(bench.get("it.fault-code"), 0);
+    }
+    bench.set("it.service-timeout-0", 0.05);
+    for (const int sum : {0, 32}) {  // which stands for service 0, too
+        bench.set("it.feed-services", sum);
+        bench.run(0.1);
+        EXPECT_EQ(bench.get("it.feed-inhibit"), sum != 0);
+    }
     EXPECT_THROW(bench.get("it.service-ok-2"), std::runtime_error);
     EXPECT_THROW(bench.command("loadrt interlock names=more services=9"), std::runtime_error);
 }
