@@ -89,8 +89,8 @@ class Commissioning(Page):
         self._box.show_all()
 
     def _ask_to_renew(self):
-        question = _("Begin anew? What passed, what was learned and the settings of the panel in the stores are gone.")
-        self.panel.guard.once_asked(lambda: (question, []), _("Begin anew"), lambda: self._answer_stores("renew"), "integrator", must_be_safe=False,
+        question = _("Replace the stores? You lose what passed, the learned references and the settings of the panel.")
+        self.panel.guard.once_asked(lambda: (question, []), _("Replace the stores"), lambda: self._answer_stores("renew"), "integrator", must_be_safe=False,
                                     must_be_idle=True)
 
     def _answer_stores(self, pin):
