@@ -289,6 +289,7 @@ private:
         SquarenessSeen seen;
         seen.fault = has_fault_;
         seen.set = settings.any_tilt() || count_ > 0;
+        seen.without_effect = count_ == 0 && !model_.displaces() && result_.error.isZero(1e-9);
         seen.enabled = enabled;
         seen.homed = homed;
         seen.ramping = all_ramping_;

@@ -88,7 +88,8 @@ enum class SquarenessStatus : std::int32_t {
     bounded,
     unsettled,
     doubtful,
-    cut_in_doubt
+    cut_in_doubt,
+    without_effect
 };
 
 constexpr hal::Said said(SquarenessStatus status) {
@@ -98,6 +99,12 @@ constexpr hal::Said said(SquarenessStatus status) {
         case SquarenessStatus::corrects: return {Kind::good, "Corrects the tilts that were measured."};
         case SquarenessStatus::nothing_set:
             return {Kind::off, "No angle is set: nothing is corrected.", "Measure the tilts, and save them."};
+        case SquarenessStatus::without_effect:
+            return hal::Said{Kind::warn,
+                             "The angles that are set turn the work and the tool alike: nothing is corrected.",
+                             "Enter the readings on this page, or run plumb squareness: it gives the angles for "
+                             "this chain."}
+                .told(Tell::text, 10);
         case SquarenessStatus::ramping:
             return {Kind::wait, "The axes move to their correction.", "Wait for the end of the move."};
         case SquarenessStatus::bounded:
@@ -130,6 +137,7 @@ constexpr hal::Said said(SquarenessStatus status) {
 
 struct SquarenessSeen {
     bool fault = false, set = false;  // set: an angle or a table
+    bool without_effect = false;      // the angles displace nothing, and there is no table
     bool enabled = false, homed = false, ramping = false, bounded = false, unsettled = false;
     bool doubtful = false, cut_in_doubt = false;  // an error differs by direction, and that is not certain
     SquarenessStatus interlock{};
@@ -142,6 +150,7 @@ inline SquarenessStatus status_of(const SquarenessSeen& its) noexcept {
                           {its.interlock != S{}, its.interlock},
                           {!its.enabled, hal::common<S>(hal::Common::off)},
                           {!its.homed, hal::common<S>(hal::Common::not_homed)},
+                          {its.without_effect, S::without_effect},
                           {its.bounded, S::bounded},
                           {its.cut_in_doubt, S::cut_in_doubt},
                           {its.ramping, S::ramping},

@@ -208,7 +208,12 @@ public:
             if (axes_.work.has(axis)) its.angles[direction(axis)] *= -1;  // as its angle
         });
         correction_ = TipCorrection(s, -settings.reference_tool_offset);
+        displaces_ = correction_.chain().has_rotary() || !displacement().isZero(1e-9);
     }
+
+    // Whether the tilts displace the tip of a tool along Z. One that turns all axes and the work alike does
+    // not. With a rotary axis this is taken for granted.
+    bool displaces() const noexcept { return displaces_; }
 
     // Call it each period: it begins at the last result, and so needs few steps.
     Result at(const Motion& motion, const Directions& d, const ErrorTables::Set& tables) noexcept {
@@ -256,6 +261,13 @@ public:
 private:
     // mm; where errors of the axes bend by 0.002 per mm, 1e-9 of it remains.
     static constexpr double near = 1e-3;
+
+    // By the tilts alone, with a tool along Z, at a place where no two displacements cancel.
+    Eigen::Vector3d displacement() noexcept {
+        return correction_
+            .at(AxisPosition(997, -613, 457, 389), Eigen::Vector3d(0, 0, 149), Eigen::Vector3d::Zero(), {})
+            .error;
+    }
 
     void take_direction(const TipCorrection::Correction& c, const Directions& d,
                         Result& result) const noexcept {
@@ -336,7 +348,7 @@ private:
     AxisPosition pivot_ = AxisPosition::Zero();
     TipCorrection correction_;
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
-    bool active_ = false;
+    bool active_ = false, displaces_ = false;
     std::array<bool, 4> left_out_{};
     double most_ = 0;                                   // mu
     bool shares_ = false;                               // U, V or W corrects its own travel

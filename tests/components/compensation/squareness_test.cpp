@@ -92,6 +92,25 @@ TEST(Squareness, SquareOnTheTableIsFollowedOnEitherChain) {
     }
 }
 
+// In the second chain Y carries X and the work: they turn alike.
+TEST(Squareness, SaysThatAnAngleOfTheAxisOnTheBedCorrectsNothing) {
+    for (const char* chain : {column_chain, "chain=w-X-Y.b-Z-C-t"}) {
+        Square square(chain);
+        square.set("ec0y", -66.7 * urad);
+        square.go({200, 300, -50, 0});
+        const bool acts = chain == column_chain;
+        EXPECT_EQ(square.get("x-correction") != 0, acts) << chain;
+        EXPECT_EQ(square.get("status-code"), acts ? 40 : 47) << chain;
+        if (acts) continue;
+        square.set("ec0x", 66.7 * urad);
+        square.go({200, 400, -50, 0});
+        EXPECT_EQ(square.get("status-code"), 40);
+        square.set({{"ec0x", 0}, {"ea0y", 20 * urad}});
+        square.go({200, 300, -50, 0});
+        EXPECT_EQ(square.get("status-code"), 40) << "Z is not carried";
+    }
+}
+
 // The place to which the machine brings the tip, against that of an ideal one: over a cube of 1 m, with a
 // tool of 400 mm that is 50 mm out of centre. On an exact machine the way back is exact, too: q = tip -
 // tool.

@@ -161,6 +161,8 @@ TEST(SquarenessStatus, SaysThatItCorrectsOnlyWhileItDoes) {
           of<S>(Common::machine_off), Kind::wait},
          {"off without interlock", [](auto& its) { its.enabled = false; }, of<S>(Common::off), Kind::off},
          {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
+         {"tilts that displace nothing", [](auto& its) { its.without_effect = true; }, S::without_effect,
+          Kind::warn},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
          {"a cut in doubt", [](auto& its) { its.cut_in_doubt = true; }, S::cut_in_doubt, Kind::warn},
          {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
