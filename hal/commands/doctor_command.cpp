@@ -547,7 +547,7 @@ void print(const Finding& finding) {
 hal::CommandPage doctor_page() {
     return {
         "plumb-doctor",
-        "[--running | --machine]",
+        "[--running | --machine [--ini FILE.ini]]",
         {{"DESCRIPTION",
           R"(plumb doctor examines this computer and reports what is missing for Plumb, with the command that installs or
 corrects it. It checks LinuxCNC and tries its HAL in Plumb's host. It checks the kernel, namespaces, and the rights of the
@@ -560,7 +560,8 @@ and the commands below it put it where it belongs. Turn the machine off first. F
 motion-controller, may stand anywhere: check yourself that the drives are read first and written last.)"},
          {"MACHINE",
           R"(With --machine it shows, for the LinuxCNC that runs, which functions and stages have passed plumb-commission(1), by
-whom and when, what changed since, and which are held.)"},
+whom and when, what changed since, and which are held. While no LinuxCNC runs, it looks for lines of an earlier Plumb, which
+LinuxCNC would refuse, and gives the line to write: in the HAL files of --ini, or of the configuration that was picked last.)"},
          {"OUTPUT",
           R"(- ok: Nothing to do.
 - note: optional.
@@ -601,9 +602,11 @@ struct Report {
 
 // What plumb commission knows of the machine that runs: rows of a mark, a sentence and a command, between
 // tabs.
-Findings machine() {
+Findings machine(const std::string& ini) {
     const std::string program = (Home().programs / "plumb-commission").string();
-    FILE* const pipe = popen(("'" + program + "' --state --rows 2>&1").c_str(), "r");
+    setenv("PLUMB_DOCTOR_INI", ini.c_str(), 1);  // no shell reads the name
+    FILE* const pipe =
+        popen(("'" + program + "' --state --rows --ini \"$PLUMB_DOCTOR_INI\" 2>&1").c_str(), "r");
     if (!pipe) return {{Mark::wrong, "Cannot start " + program + '.', Home().build_again()}};
     std::string text;
     for (int c = 0; (c = std::getc(pipe)) != EOF;) text += static_cast<char>(c);
@@ -628,10 +631,10 @@ Findings machine() {
     return findings;
 }
 
-int doctor(bool of_running, bool of_machine) {
+int doctor(bool of_running, bool of_machine, const std::string& ini) {
     Report report;
     if (of_machine) {
-        report.show("Machine", machine());
+        report.show("Machine", machine(ini));
         return report.end();
     }
     if (of_running) {
@@ -652,7 +655,9 @@ const Command command{
         bool of_machine = false;
         app.add_flag("--machine", of_machine,
                      "Shows which functions and stages passed plumb commission, and what changed since.");
-        return hal::carry_out(app, argc, argv, [&] { return doctor(of_running, of_machine); });
+        std::string ini;
+        app.add_option("--ini", ini, "INI file of the machine, if LinuxCNC does not run.")->needs("--machine");
+        return hal::carry_out(app, argc, argv, [&] { return doctor(of_running, of_machine, ini); });
     }};
 
 }  // namespace

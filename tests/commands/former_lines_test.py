@@ -3,9 +3,10 @@
 """plumb wire --check names the lines that LinuxCNC refuses after an update of Plumb, and what to write. Nothing has to run."""
 
 import os
+import subprocess
 import unittest
 
-from tree import ROOT, own_folder
+from tree import BUILD, ROOT, own_folder
 from wire_sample import plumb_wire, write
 
 FORMER = """\
@@ -68,6 +69,27 @@ class FormerLines(unittest.TestCase):
         self.assertEqual(said.keys(), GONE.keys())
         for pin, words in GONE.items():
             self.assertIn(words, said[pin])
+
+    def test_files_that_plumb_wire_wrote_are_one_line_each_and_settings_there_are_the_users(self):
+        os.mkdir(os.path.join(self.folder, "plumb"))
+        write(os.path.join(self.folder, "plumb", ".written.json"), '{"version": "0.2.0", "ini": "my.ini", "functions": ["squareness", "chopping"], "files": {}}')
+        write(os.path.join(self.folder, "plumb", "stages.hal"), FORMER)
+        write(os.path.join(self.folder, "plumb", "chopping_settings.hal"), "setp chop.pulse-time 0.02\n")
+        status, output, _line = self.check("loadrt chopping names=chop\nsource plumb/stages.hal\nsource plumb/chopping_settings.hal\n")
+        self.assertEqual(status, 1)
+        self.assertEqual([line.strip() for line in output.splitlines()[1:]], [
+            "plumb/chopping_settings.hal:1 names chop.pulse-time, which this Plumb has no more. Write nothing: it is constant now, 0.02 s.",
+            "plumb/stages.hal has lines of an earlier Plumb, 6 of them: wire it again.", "$ plumb wire squareness chopping --ini my.ini --apply"])
+
+    def test_plumb_doctor_gives_the_line_while_linuxcnc_refuses_it(self):
+        write(os.path.join(self.folder, "my.hal"), "loadrt squareness names=square\nnet on => square.enable\n")
+        for arguments, home in ((("--ini", self.ini), {}), ((), {"HOME": self.folder})):  # named, or picked last
+            write(os.path.join(self.folder, ".linuxcncrc"), "[PICKCONFIG]\nLAST_CONFIG = %s\n" % self.ini)
+            done = subprocess.run([os.path.join(BUILD, "bin", "plumb"), "doctor", "--machine", *arguments], env={**os.environ, **home},
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+            said = " ".join(done.stdout.split())
+            self.assertEqual(done.returncode, 1, said)
+            self.assertIn("WRONG my.hal:2 names square.enable, which this Plumb has no more. Write net NAME-permit", said)
 
     def test_the_lines_of_today_are_not_named(self):
         for folder, name in (("mill", "stages.hal"), ("portal", "stages.hal"), ("lathe", "by_hand.hal"), ("grinder", "extra.hal")):

@@ -57,6 +57,11 @@ def main():
     from commissioning.rig import NotReady
 
     try:
+        former = former_lines(options) if options.state else []
+        if former:
+            for sentence, command in former:
+                print("\t".join(("wrong", sentence, command)) if options.rows else " ".join((sentence, command)))
+            return 1
         machine = Running(options)
     except (NotReady, OSError, ValueError) as error:
         return refuse(str(error), 1)
@@ -110,7 +115,7 @@ class Running:
         try:
             self.hal = Hal()
         except HalGone as gone:
-            raise NotReady(_("LinuxCNC does not run here: {why} If it refuses a line after an update, plumb wire --check --ini my.ini gives the line to write.").format(why=gone)) from None
+            raise NotReady(_("LinuxCNC does not run here: {why}. If it refuses a line after an update, plumb doctor --machine --ini my.ini gives the line to write.").format(why=gone)) from None
         path = options.ini or ini_of_linuxcnc()
         ini = hal_files.Ini(path if path and os.path.isfile(path) else "")
         texts.MACHINE_UNIT[0] = "in" if ini.get("TRAJ", "LINEAR_UNITS", "mm").lower() in ("in", "inch", "imperial") else "mm"
@@ -167,6 +172,23 @@ class Running:
 
     def close(self):
         self.hal.close()
+
+
+def former_lines(options):
+    """Of the INI file that is named, or the last one of LinuxCNC's picker, while no LinuxCNC runs: lines that it would refuse, and commands."""
+    from panel.hal_access import Hal, HalGone
+
+    try:
+        Hal().close()
+        return []
+    except HalGone:
+        sys.path.append(os.path.join(SHARE, "wiring"))
+        import former_pins
+        from ini_file import IniFile
+
+        picked = hal_files.Ini(os.path.expanduser("~/.linuxcncrc")).get("PICKCONFIG", "LAST_CONFIG")
+        path = options.ini or picked
+        return former_pins.rows(IniFile(path), "plumb") if path and os.path.isfile(path) else []
 
 
 def ini_of_linuxcnc():

@@ -240,10 +240,13 @@ class Wire:
 
     def check(self):
         """Whether the machine and Plumb are as they were when the functions were wired."""
-        former = former_pins.sentences(IniFile(self.ini_path), self.home)
+        former = former_pins.rows(IniFile(self.ini_path), self.folder)
         if former:  # LinuxCNC loads no such line, so no trial can begin
             print("%s: lines of an earlier Plumb" % os.path.basename(self.ini_path))
-            print("".join("  %s\n" % sentence for sentence in former) + "  Files in %s are written again by plumb wire --apply." % self.folder)
+            for sentence, command in former:
+                print("  " + sentence)
+            for command in dict.fromkeys(command for _sentence, command in former if command):
+                print("    $ " + command)
             return 1
         if not self.functions:
             raise Impossible("No function is wired in %s." % self.output.folder)

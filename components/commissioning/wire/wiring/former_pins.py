@@ -3,6 +3,7 @@
 such a file, so nothing has to run."""
 
 import collections
+import json
 import os
 import re
 
@@ -69,9 +70,27 @@ def findings(ini, folder):
     return found
 
 
-def sentences(ini, folder):
-    return ["%s:%d names %s, which this Plumb has no more. Write %s." % (os.path.relpath(path, folder), line, pin, instead)
-            for path, line, pin, instead in findings(ini, folder)]
+def rows(ini, written):
+    """What to do: a sentence for each line, and "", or of each file in the folder `written` one sentence, and the command that writes it
+    again. Its settings are the user's."""
+    home = os.path.dirname(os.path.abspath(ini.path))
+    result, lines = [], collections.Counter()
+    for path, line, pin, instead in findings(ini, home):
+        if os.path.dirname(path) == os.path.join(home, written) and not path.endswith("_settings.hal"):
+            lines[path] += 1
+        else:
+            result.append(("%s:%d names %s, which this Plumb has no more. Write %s." % (os.path.relpath(path, home), line, pin, instead), ""))
+    command = "plumb wire %s --ini %s --apply" % (" ".join(_functions(os.path.join(home, written))), os.path.basename(ini.path))
+    return result + [("%s has lines of an earlier Plumb, %d of them: wire it again." % (os.path.relpath(path, home), number), command)
+                     for path, number in lines.items()]
+
+
+def _functions(folder):
+    try:
+        with open(os.path.join(folder, ".written.json"), encoding="utf-8") as file:
+            return json.load(file)["functions"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ["FUNCTION"]
 
 
 def _commands(path):
