@@ -8,6 +8,8 @@ from panel.texts import _
 
 Channel = collections.namedtuple("Channel", "name module pins")
 Channel.__doc__ = "A sensor's channel; pins are full names by their last words: value, age, valid, fault, fault-code."
+SensorLink = collections.namedtuple("SensorLink", "name module owner fault_code")
+SensorLink.__doc__ = "The link of a sensor program to its devices; fault_code is the full name of a pin."
 
 OFF_PIN = "function-off-"  # of interlock: true is off
 
@@ -62,6 +64,7 @@ class Machine:
         self.pins = {pin.name: pin for pin in pins}
         self.instances = _instances(pins, declared)
         self.channels = _channels(pins, declared)
+        self.links = _links(pins, declared)
         self._readers = collections.defaultdict(list)
         for pin in pins:
             if pin.signal and not pin.output:
@@ -217,4 +220,17 @@ def _channels(pins, declared):
             module = _sensor_program(pin.owner, [each.name for each in pins if each.owner == pin.owner], programs)
             parts = ("value", "age", "valid", "fault", "fault-code", "error-count")
             found.append(Channel(stem, module, {part: stem + "." + part for part in parts if stem + "." + part in names}))
+    return found
+
+
+def _links(pins, declared):
+    """The links of sensor programs: groups of pins connected, round-trip, error-count and fault-code."""
+    names = {pin.name for pin in pins}
+    programs = [each for each in declared.values() if each.is_of_sensors]
+    found = []
+    for pin in pins:
+        stem = pin.name.removesuffix(".connected")
+        if stem != pin.name and {stem + ".fault-code", stem + ".error-count", stem + ".round-trip"} <= names:
+            module = _sensor_program(pin.owner, [each.name for each in pins if each.owner == pin.owner], programs)
+            found.append(SensorLink(stem, module, pin.owner, stem + ".fault-code"))
     return found

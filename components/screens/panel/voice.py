@@ -18,6 +18,7 @@ from panel.texts import _
 
 LONGEST = 250  # bytes; LinuxCNC cuts longer texts
 HIDDEN = "behind-panel"  # a text that the panel shows
+DISCONNECTED = 2  # fault-code of a channel whose link has a fault of its own, which is told
 PAUSE = "pause"  # neither told nor over: the same status afterwards is no news
 
 News = collections.namedtuple("News", "source key tell text")
@@ -65,9 +66,14 @@ class Voice:
     def _all(self, values):
         for instance in self.machine.instances:
             yield from self._of(instance, values)
+        for link in self.machine.links:
+            code = values.get(link.fault_code, 0)
+            if code:
+                sentence = self._declared[link.module].codes["LINK.fault-code"].get(code, "fault-code %s." % code)
+                yield _Said((link.name, "fault"), code, "error", 0, lambda link=link, sentence=sentence: (link.name, [_(sentence)]))
         for channel in self.machine.channels:
             code = values.get(channel.pins.get("fault-code", ""), 0)
-            if code:
+            if code and (code != DISCONNECTED or not self.machine.links):
                 yield _Said((channel.name, "fault"), code, "error", 0, lambda channel=channel: (
                     channel.name, [status.of_channel(channel, self._declared, values)]))
 

@@ -166,8 +166,22 @@ class Faults(unittest.TestCase):
         pins = [Pin("can-sensor.load." + short, "can-sensor", "s32", True, 0, "") for short in ("value", "age", "valid", "fault", "fault-code")]
         speaker = Speaker(pins)
         self.assertEqual(speaker.say(), [])
-        ((tell, text),) = speaker.say(can_sensor__load__fault_code=2)
-        self.assertEqual((tell, text), ("error", "can-sensor.load: " + DECLARED["can_sensor"].codes["CHANNEL.fault-code"][2]))
+        ((tell, text),) = speaker.say(can_sensor__load__fault_code=3)
+        self.assertEqual((tell, text), ("error", "can-sensor.load: " + DECLARED["can_sensor"].codes["CHANNEL.fault-code"][3]))
+
+    def test_a_link_of_a_sensor_is_told_once_and_not_by_each_of_its_channels(self):
+        for module, owner in (("can_sensor", "can-sensor"), ("modbus_sensor", "modbus-sensor")):
+            with self.subTest(module=module):
+                its = DECLARED[module].pins
+                pins = [Pin("%s.%s" % (owner, short.replace("LINK", "bus").replace("CHANNEL", channel)), owner, pin["type"], True, 0, "")
+                        for channel in ("load", "heat") for short, pin in its.items() if not short.startswith("OUTPUT.") and (channel == "load" or "LINK" not in short)]
+                self.assertIn("not connected", DECLARED[module].codes["CHANNEL.fault-code"][voice.DISCONNECTED])
+                speaker = Speaker(pins)
+                self.assertEqual(speaker.say(), [])
+                for code, sentence in DECLARED[module].codes["LINK.fault-code"].items():
+                    broken = {owner.replace("-", "_") + "__load__fault_code": 2, owner.replace("-", "_") + "__heat__fault_code": 2}
+                    said = speaker.say(**{owner.replace("-", "_") + "__bus__fault_code": code}, **broken)
+                    self.assertEqual(said, [("error", "%s.bus: %s" % (owner, sentence))])
 
 
 class Risen(unittest.TestCase):
