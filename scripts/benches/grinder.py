@@ -10,7 +10,7 @@ import os
 
 import numpy as np
 
-from support import charts, drives, ends, proven
+from support import charts, drives, ends, proven, way_out
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import percentile_lines
 from support.recordings import write_rows
@@ -366,12 +366,20 @@ def ways_to_the_end(seeds, options):
     return [*ends.table(by_strength), "", written_line([path])]
 
 
+def ways_out(seeds, options):
+    axes = way_out.drawn_axes(seeds)
+    found = simulate_all(way_out.simulate, axes, way_out.DURATION * len(axes), place_of(options))
+    path = os.path.join(options.output, "way_out.csv")
+    write_rows(path, *way_out.rows(axes, found))
+    return [*way_out.table(axes, found), "", written_line([path])]
+
+
 def times_and_drift(_, options):
     [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
     return [*time_lines(planned_times(None)), "", drift_line(options.hours, *late)]
 
 
-TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "ends": ways_to_the_end, "times": times_and_drift}
+TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "ends": ways_to_the_end, "way-out": ways_out, "times": times_and_drift}
 
 # --- the command ---
 

@@ -92,7 +92,7 @@ with Machine(timeout=%(patience)d) as machine:
         host.expect(name + " == 0", **{name: "interlock.service-lost-%%d" %% service})
     machine.mdi("G0 X0 Y0 Z10")
     machine.mdi("M64 P18")  # strokes outlast a program
-    machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+    machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5 P3600")
 
     def program():
         with open("long.ngc", "w") as file:

@@ -166,7 +166,7 @@ with Machine() as machine:
     machine.home()
     until(lambda: host.get("interlock.function-enable-0"))
     machine.mdi("G0 X-100 Y0 Z10")
-    machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+    machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5 P3600")
     machine.mdi("G1 X200 F60", wait=False)
     until(lambda: host.get("chop.stroke-count") >= 2)
     open("strokes", "w").close()

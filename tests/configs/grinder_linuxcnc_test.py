@@ -106,7 +106,7 @@ class Shift(Recorded):
 
     def test_moves_after_an_abort_wait_until_the_wheel_is_at_r(self):
         self.assertEqual(self.facts["output"], [1, 1])  # an output at once, while it returns
-        self.assertRegex(self.facts["told"], "wheel returns to point R")
+        self.assertRegex(self.facts["told"], "wheel leaves the work")
         for scene in ("waiting", "next_program"):
             x, active = self.of("joint.0.pos-cmd", scene), self.of("chop.active", scene) == 1
             returning = active & (self.of("interlock.feed-inhibit", scene) == 1)
@@ -526,6 +526,55 @@ class ExtraJointOff(Recorded):
         self.assertEqual(self.facts["on_without_supply"], [26, 53])
         self.assertIn("was refused", self.facts["refused"])
         self.assertEqual(self.facts["strokes"], [1, 0])
+
+
+class Wheel(Recorded):
+    """The wheel leaves the work at an abort, and where its spindle stops."""
+
+    LATEST = {0: 2.4, 2: 1.0}  # s, until it is above the upper dead point for good; a cycle lasts 1.57 s
+
+    @classmethod
+    def setUpClass(cls):
+        cls.work("grinder.ini", "grinder_wheel_scenario.py")
+
+    def test_abort_leaves_the_work_by_the_clear_dead_point_at_once(self):
+        taken = {0: [], 2: []}
+        for scene in [scene for scene in self.scenes if scene.startswith("abort_")]:
+            kind, _depth, way = scene.removeprefix("abort_").split("_")
+            z, on, leaves = (self.of(pin, scene) for pin in ("chop.command", "spindle.0.on", "chop.withdrawing"))
+            stops = np.flatnonzero(np.diff(on) < 0)[-1] + 1  # LinuxCNC's abort stops the spindle
+            clear = np.flatnonzero(z < UPPER - 0.01)[-1] + 1
+            taken[int(kind)].append((clear - stops) * PERIOD)
+            self.assertGreaterEqual(z.min(), LOWER - nm, scene)
+            self.assertEqual(z[-1], R, scene)
+            if kind == "2":
+                begins = np.flatnonzero(np.diff(leaves) > 0)[-1] + 1
+                self.assertLessEqual(begins - stops, 1, scene)
+                if way == "down":  # it turns before the lower dead point, or at it
+                    self.assertLess(np.count_nonzero(np.diff(z[stops:clear]) < 0) * PERIOD, 0.4, scene)
+        for kind, latest in self.LATEST.items():
+            self.assertLess(max(taken[kind]), latest, taken[kind])
+
+    def test_a_wheel_that_trips_is_told_and_the_path_holds(self):
+        self.assertRegex(self.facts["tripped"], "spindle stopped, or lost its speed")
+        self.assertEqual(self.facts["spindle_on"], 1)
+        self.assertEqual(self.facts["path_holds"], [1, 0])
+        z, at_speed, leaves = (self.of(pin, "tripped") for pin in ("chop.command", "chop.spindle-at-speed", "chop.withdrawing"))
+        lost = np.flatnonzero(np.diff(at_speed) < 0)[-1] + 1
+        self.assertAlmostEqual((np.flatnonzero(leaves[lost:])[0]) * PERIOD, 0.2, delta=0.003)  # at-speed-time
+        self.assertEqual(z[np.flatnonzero(leaves)[-1] + 1], R)
+
+    def test_a_start_with_a_wheel_that_stands_is_refused(self):
+        self.assertRegex(self.facts["stands"], "the spindle does not turn at its speed")
+        self.assertEqual(self.of("chop.active", "stands").max(), 0)
+
+    def test_a_spindle_that_is_switched_off_ends_the_strokes_in_its_period(self):
+        on, leaves = self.of("spindle.0.on", "switched_off"), self.of("chop.withdrawing", "switched_off")
+        self.assertLessEqual(np.flatnonzero(leaves)[0] - (np.flatnonzero(np.diff(on) < 0)[0] + 1), 1)
+
+    def test_strokes_without_a_wheel_need_no_spindle(self):
+        self.assertEqual(self.of("spindle.0.on", "without_wheel").max(), 0)
+        self.assertGreater(np.ptp(self.of("chop.command", "without_wheel")), 30)
 
 
 class Inch(Recorded):

@@ -38,11 +38,11 @@ class Shift(Scenario):
     def in_millimetres(self):
         """The speed of the last G81.1 stays, whatever its unit was."""
         self.machine.mdi("G21")
-        self.machine.mdi("G81.1 Z5.08 Q-30.48 R5.08 P3600")
+        self.machine.mdi("M3 S1000 G81.1 Z5.08 Q-30.48 R5.08 P3600")
         self.facts["in_millimetres"] = self.words()
         self.machine.mdi("G80.1")
         self.machine.mdi("G20")
-        self.machine.mdi("G81.1 Z0.2 Q-1.2 R0.2")
+        self.machine.mdi("M3 S1000 G81.1 Z0.2 Q-1.2 R0.2")
         self.facts["in_inches"] = self.words()
         self.machine.mdi("G80.1")
 
@@ -58,7 +58,7 @@ class Shift(Scenario):
 
     def learn(self):
         self.host.set("chop.learn", 1)
-        self.machine.mdi("G81.1 Z0.2 Q-1.2 R0.2 P140")
+        self.machine.mdi("M3 S1000 G81.1 Z0.2 Q-1.2 R0.2 P140")
         self.await_pin("chop.learned", 1)
         last = self.host.get("chop.stroke-count")
         self.await_condition(lambda: self.host.get("chop.stroke-count") >= last + 2, "strokes")

@@ -12,7 +12,7 @@ import linuxcnc
 from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
-STROKE, LOWER = "G81.1 Z5 Q-30 R5 P3600", -25
+STROKE, LOWER = "M3 S1000 G81.1 Z5 Q-30 R5 P3600", -25
 
 
 class Shift(Scenario):
@@ -194,7 +194,8 @@ class Shift(Scenario):
         self.facts["next_program"] = [self.host.get("chop.at-end"), self.host.get("chop.fault-code")]
 
     def outlasting(self):
-        """M64 P18 lets strokes outlast their program; those of MDI do anyway."""
+        """M64 P18 lets strokes outlast their program; those of MDI do anyway. M2 stops the spindle."""
+        self.host.set("chop.without-wheel", 1)
         for own in (["M64 P18", STROKE], []):
             if not own:
                 self.start()
@@ -206,6 +207,7 @@ class Shift(Scenario):
             self.machine.mdi("M65 P18")
             self.machine.mdi("G80.1")
             self.machine.mdi("G0 X20")
+        self.host.set("chop.without-wheel", 0)
 
     def shifts(self):
         """Each comes with the next move of its program. The last shift of a row counts, and one without a move is void."""
@@ -438,7 +440,7 @@ class Shift(Scenario):
         """The words are of the work, whatever its origin and the tool."""
         self.machine.mdi("G10 L2 P1 Z-3")
         self.machine.mdi("T2 M6 G43")
-        self.machine.mdi("G81.1 Z-60 Q-30 R5 P3600")
+        self.machine.mdi("M3 S1000 G81.1 Z-60 Q-30 R5 P3600")
         self.await_strokes()
         self.strokes(2)
         self.facts["with_a_tool"] = [self.host.get("chop.upper"), self.host.get("chop.lower")]
@@ -450,7 +452,7 @@ class Shift(Scenario):
 
     def in_inches(self):
         self.machine.mdi("G20")
-        self.machine.mdi("G81.1 Z0.2 Q-1 R0.1 P100")
+        self.machine.mdi("M3 S1000 G81.1 Z0.2 Q-1 R0.1 P100")
         self.await_strokes()
         self.facts["in_inches"] = [self.host.get("chop." + name) for name in ("upper", "lower", "feed")]
         self.machine.mdi("G80.1")
@@ -461,7 +463,7 @@ class Shift(Scenario):
         self.host.set("chop.override", 0.5)
         self.machine.mdi("M480")
         self.machine.mdi("M481 I-25 J-15 P0.5")
-        self.machine.mdi("G91 G81.1 Z5 Q-30 R5 P3600 I0.2 J0.1 E0.05 D0")
+        self.machine.mdi("M3 S1000 G91 G81.1 Z5 Q-30 R5 P3600 I0.2 J0.1 E0.05 D0")
         self.await_strokes()
         self.strokes(4)
         self.facts["sections"] = self.host.get("chop.program-sections")
@@ -480,7 +482,7 @@ class Shift(Scenario):
 
     def without_words(self):
         """The words have ended with their strokes: the settings hold, and the override of the panel."""
-        self.machine.mdi("G81.1 Z5 Q-30 R5")
+        self.machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5")
         self.await_strokes()
         self.strokes(2)
         self.facts["cycle_without_words"] = self.host.get("chop.planned-cycle-time")
@@ -489,10 +491,10 @@ class Shift(Scenario):
 
     def learn(self):
         self.host.set("chop.learn", 1)
-        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5 P3600")
         self.facts["impatient"] = self.refuse("M482 P2")
         self.await_pin("chop.at-end", 1)
-        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5 P3600")
         self.machine.mdi("M482")
         self.facts["waited"] = self.host.get("chop.learned")
         self.strokes(2)
@@ -504,7 +506,7 @@ class Shift(Scenario):
 
     def learned_again(self):
         """The end of the last strokes at R has spoilt nothing."""
-        self.machine.mdi("G81.1 Z5 Q-30 R5 P3600")
+        self.machine.mdi("M3 S1000 G81.1 Z5 Q-30 R5 P3600")
         self.await_strokes()
         self.strokes(4)
         self.facts["learned_again"] = [self.host.get("chop." + name) for name in ("speed-factor", "fault-code")]

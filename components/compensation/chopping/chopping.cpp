@@ -74,6 +74,9 @@ struct Chopping final : hal::Component {
         this, "stage-released", -1,
         "Net released of joint_offset: with 1, machine off has made the offset "
         "part of position; -1 without such a stage."};
+    hal::In<bool> spindle_on{this, "spindle-on", true, "The spindle of the wheel is on: spindle.0.on."};
+    hal::In<bool> spindle_at_speed{this, "spindle-at-speed", true,
+                                   "The spindle turns at its speed: the signal at spindle.0.at-speed."};
     hal::In<double> program_word{this, "program-word", 0, "1",
                                  "Number of a word of the program, whose value is program-value; each change "
                                  "takes it. chop_numbers.ngc has the numbers."};
@@ -160,6 +163,8 @@ private:
         its.trial_over = untried && !its.orders.enable;
         its.on = motion_enabled;
         its.homed = homed;
+        its.spindle_on = untried || spindle_on;  // a trial strokes with a wheel that stands
+        its.at_speed = untried || spindle_at_speed;
         its.stage_limited = stage_limited;
         const std::int32_t released = stage_released;
         its.releasable = released >= 0;

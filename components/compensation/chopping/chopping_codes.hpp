@@ -32,7 +32,9 @@ enum class Fault : std::int32_t {
     last_good,
     passed_end,
     unhomed,
-    place_lost
+    place_lost,
+    wheel_stands,
+    wheel_lost
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -112,6 +114,14 @@ constexpr const char* sentence(Fault fault) {
         case Fault::place_lost:
             return "The place of the axis is unknown: its feedback jumped, failed or did not follow the "
                    "strokes. Check encoder and supply, turn the machine off, unhome the joint, and home it.";
+        case Fault::wheel_stands:
+            return "The stroke was refused: the spindle does not turn at its speed. Start the spindle, or "
+                   "set "
+                   "without-wheel.";
+        case Fault::wheel_lost:
+            return "The spindle stopped, or lost its speed for longer than at-speed-time: the axis leaves "
+                   "the "
+                   "work. Check the spindle, then start again.";
         default: return nullptr;
     }
 }

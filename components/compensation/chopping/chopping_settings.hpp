@@ -62,8 +62,8 @@ struct ChoppingSettings final : hal::Group {
         speeds{StrokeValues::slowest, 1e6};
     static constexpr hal::Range accelerations{1e-3, 1e9}, times{0, 3600}, wait_times{0.001, 10},
         lead_times{0, 1}, gains{0.01, 0.95}, frequencies{0, 1000};
-    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, hold_kinds{0, 1}, tapers{0, 100},
-        speed_kinds{0, StrokeValues::with_sections}, counts{0, 2147483647};
+    static constexpr hal::Range overrides{0, 2}, stop_kinds{0, 4}, hold_kinds{0, 1}, abort_kinds{0, 2},
+        tapers{0, 100}, speed_kinds{0, StrokeValues::with_sections}, counts{0, 2147483647};
 
     hal::In<double> upper{this, "upper", 0, "mu", "Upper dead point, in the frame of position."};
     hal::In<double> lower{this, "lower", 0, "mu", "Lower dead point, in the frame of position."};
@@ -116,6 +116,20 @@ struct ChoppingSettings final : hal::Group {
                                     "Hold: 0 at the next dead point, then to position; 1 at the next dead "
                                     "point. emergency-hold holds at once.",
                                     hal::machine(hold_kinds)};
+    hal::In<std::int32_t> abort_kind{this, "abort-kind", 0,
+                                     "Abort, end of the program, enable false or a stopped wheel: 0 by the "
+                                     "dead point nearest position; by the "
+                                     "one that is clear of the work, 1 lower, 2 upper, at once.",
+                                     hal::machine(abort_kinds)};
+    hal::In<bool> without_wheel{this, "without-wheel", false,
+                                "Strokes need no turning spindle: to dress or set up, or for a planer.",
+                                hal::machine()};
+    hal::In<double> at_speed_time{this,
+                                  "at-speed-time",
+                                  0.2,
+                                  "s",
+                                  "Longest time for which the spindle may be below its speed in strokes.",
+                                  hal::machine(times)};
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it.",
                                 hal::machine()};
@@ -217,6 +231,9 @@ struct ChoppingSettings final : hal::Group {
         now.stroke.upward_first = upward_first;
         now.set_stop_kind(setting(stop_kind));
         now.hold_kind = setting(hold_kind);
+        now.set_abort_kind(setting(abort_kind));
+        now.without_wheel = without_wheel;
+        now.at_speed_time = setting(at_speed_time);
         now.refuse_slower = refuse_slower;
         now.exact_stop = setting(exact_stop);
         now.stroke.exact_stop = setting(exact_stop_time);

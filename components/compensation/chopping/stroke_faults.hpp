@@ -5,7 +5,7 @@
 
 namespace plumb {
 
-// The faults of a stroke. One that happened stays until the next start, a refused start until run is false.
+// The faults of a stroke. One that happened stays until the next start.
 class StrokeFaults {
 public:
     // Those that are there as long as their cause.
@@ -16,19 +16,11 @@ public:
         Fault supervised = Fault::none;
     };
 
-    // A start, or its refusal.
-    void start(Fault reason) noexcept {
-        happened_ = reason;
-        refused_ = reason != Fault::none;
-    }
+    // Also of a start: none, or why it was refused.
     void happen(Fault reason) noexcept { happened_ = reason; }
 
     // Of a stroke that is asked for and does not begin yet; none when it is not asked for any more.
     void check(Fault reason) noexcept { checked_ = reason; }
-
-    void step(bool run) noexcept {
-        if (!run && refused_) start(Fault::none);
-    }
 
     // The one to show: the first that has a cause.
     Fault first(const Lasting& now) const noexcept {
@@ -41,11 +33,9 @@ public:
     }
 
     Fault checked() const noexcept { return checked_; }
-    bool refused() const noexcept { return refused_; }  // the start
 
 private:
     Fault happened_ = Fault::none, checked_ = Fault::none;
-    bool refused_ = false;
 };
 
 }  // namespace plumb

@@ -27,6 +27,7 @@ public:
     // Of a period.
     struct Orders {
         bool runs = true, permitted = true;
+        bool leaves = false;              // the work, whatever runs
         bool returns = false;             // in this period
         Stop hold = Stop::none;           // at_once, dead_point or end_position
         Stop usual = Stop::end_position;  // if it does not run
@@ -80,13 +81,13 @@ public:
 private:
     void begin(State state, double place, const Command& command) noexcept {
         state_ = state;
-        failed_ = passes_hold_ = forbidden_ = false;
+        failed_ = passes_hold_ = forbidden_ = leaves_ = false;
         its_ = command;
         command_.begin(place, command.samples);
     }
 
     void obey(const Orders& now, const Settings& settings) noexcept {
-        forbidden_ |= !now.permitted;
+        forbidden_ |= !now.permitted || now.leaves;
         passes_hold_ = (passes_hold_ || now.returns) && now.hold != Stop::none;
         if (failed_) return oscillation_.stop(Stop::at_once);
         if (forbidden_ || now.returns) state_ = State::returning;
@@ -100,10 +101,14 @@ private:
         const double place = oscillation_.position();
         const bool stands =
             oscillation_.state() == Oscillation::State::rest;  // the command has yet to follow
-        if (stands && std::abs(place - settings.end_position) > nothing)
+        const bool leaves = forbidden_ && settings.clear != Stop::none;
+        if (stands && leaves && !leaves_)
+            oscillation_.leave(settings, place);
+        else if (stands && !leaves && std::abs(place - settings.end_position) > nothing)
             oscillation_.go_to_end(settings, place);
         else
-            oscillation_.stop(Stop::withdraw);
+            oscillation_.stop(leaves ? Stop::leave : Stop::withdraw);
+        leaves_ = leaves;
     }
 
     static constexpr double nothing = OscillationLeg::nothing;
@@ -111,6 +116,7 @@ private:
     State state_ = State::rest;
     bool failed_ = false;       // it stops at once
     bool forbidden_ = false;    // since the start
+    bool leaves_ = false;       // by the dead point that is clear
     bool passes_hold_ = false;  // a return goes before the hold that was there when it was ordered
     Command its_;
     Oscillation oscillation_;

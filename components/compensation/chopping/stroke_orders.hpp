@@ -25,6 +25,7 @@ public:
         bool starts = false, returns = false, shifts = false;  // in this period
         bool run = false;                                      // the bit itself
         bool ordered = false;                                  // by the program or in MDI
+        bool ended = false;                                    // their program, which they do not outlast
         bool runs = false;                                     // strokes go on
         bool permitted = true;                                 // by enable
     };
@@ -37,6 +38,7 @@ public:
         now.returns = end_.rises(given.go_to_end);
         now.starts = run_.rises(given.run) && !now.returns;
         watch_program(given, now.starts, dt);
+        now.ended = ended_;
         now.ordered = given.run && !ended_;
         now.runs = now.ordered && !given.stop;
         const bool crosses = crossing_.step(given.crossing_position, given.crossing_at, given.farthest);

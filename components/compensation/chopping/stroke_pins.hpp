@@ -28,6 +28,9 @@ struct StrokePins : hal::Group {
     hal::Out<bool> stroking{this, "stroking", "The axis strokes, and nothing has ended its strokes."};
     hal::Out<bool> withdrawing{this, "withdrawing",
                                "The axis is on its way to position, by enable or go-to-end."};
+    hal::Out<double> way_out_time{
+        this, "way-out-time", "s",
+        "Longest time until the axis is at a clear dead point, by its present speed."};
     hal::Out<bool> held{this, "held", "The axis stands for a hold."};
     hal::Out<bool> sparking_out{this, "sparking-out", "Spark-out strokes are under way."};
     hal::Out<bool> upper_pulse{this, "upper-pulse", "Infeed pulse at the upper dead point."};
@@ -48,6 +51,7 @@ struct StrokePins : hal::Group {
         active = motion.moves();
         stroking = motion.state() == StrokeMotion::State::stroking;
         withdrawing = motion.state() == StrokeMotion::State::returning;
+        way_out_time = oscillation.longest_way_out();
         held = motion.moves() && oscillation.held();
         sparking_out = motion.moves() && oscillation.sparking_out();
         upper_pulse = supervision.clock().pulse(true);

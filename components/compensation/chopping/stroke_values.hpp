@@ -27,7 +27,8 @@ struct StrokeValues {
     double lower = 0, upper = 0;   // as given now
     double speed_value = 0, override_value = 1;
     std::int32_t speed_kind = 0, stop_kind = 0, hold_kind = at_dead_point;
-    bool refuse_slower = false, learn = false, in_range = false;
+    bool refuse_slower = false, learn = false, in_range = false, without_wheel = false;
+    double at_speed_time = 0;
     double jerk_time = 0, lead = 0, max_lead = 0, max_output_acceleration = 0;
     double taper = 0, max_offset = 0, max_rate = 0, max_drift = 0, max_following_error = 0;
     double inset = 0, exact_stop = 0;
@@ -37,9 +38,9 @@ struct StrokeValues {
         const auto all = [](const StrokeValues& its) {
             return std::tie(its.stroke, its.lower, its.upper, its.speed_value, its.override_value,
                             its.speed_kind, its.stop_kind, its.hold_kind, its.refuse_slower, its.learn,
-                            its.jerk_time, its.lead, its.max_lead, its.max_output_acceleration, its.taper,
-                            its.max_offset, its.max_rate, its.max_drift, its.max_following_error, its.inset,
-                            its.exact_stop, its.learning);
+                            its.without_wheel, its.at_speed_time, its.jerk_time, its.lead, its.max_lead,
+                            its.max_output_acceleration, its.taper, its.max_offset, its.max_rate,
+                            its.max_drift, its.max_following_error, its.inset, its.exact_stop, its.learning);
         };
         return all(*this) == all(other);
     }
@@ -70,6 +71,12 @@ struct StrokeValues {
     void set_stop_kind(std::int32_t kind) noexcept {
         stop_kind = kind;
         stroke.ending = kind == at_once ? Oscillation::Stop::dead_point : stop();
+    }
+    // 1 lower, 2 upper: the dead point that is clear of the work.
+    void set_abort_kind(std::int32_t kind) noexcept {
+        stroke.clear = kind == 1   ? Oscillation::Stop::lower
+                       : kind == 2 ? Oscillation::Stop::upper
+                                   : Oscillation::Stop::none;
     }
     std::size_t jerk_samples(double dt) const noexcept {
         return static_cast<std::size_t>(std::max(std::ceil(jerk_time / dt - 1e-9), 1.0));

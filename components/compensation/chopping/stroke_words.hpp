@@ -30,6 +30,7 @@ public:
         check,             // whether a stroke is possible that begins and ends at this position, mu
         forget,            // all words
         go_to_end,         // from where the axis rests
+        abort,             // of the program
         shift = 100        // and above: takes over the dead points, by each new number
     };
 
@@ -37,7 +38,7 @@ public:
     void step(double number, double value, bool moves) noexcept {
         if (moved_ && !moves) forgets_ = true;
         moved_ = moves;
-        returns_ = shifts_ = false;
+        returns_ = shifts_ = aborts_ = false;
         if (number != number_) {
             number_ = number;
             refused_ = !give(number, value);
@@ -77,6 +78,7 @@ public:
 
     bool returns() const noexcept { return returns_; }  // to the end position, ordered in this period
     bool shifts() const noexcept { return shifts_; }    // the region, ordered in this period
+    bool aborts() const noexcept { return aborts_; }    // ordered in this period
     bool refused() const noexcept { return refused_; }  // the last word
     std::size_t sections() const noexcept { return words_.count; }
 
@@ -99,7 +101,7 @@ private:
 
     bool give(double number, double value) noexcept {
         if (number >= shift && number <= last_shift) return shifts_ = number == std::floor(number);
-        if (!(number >= none && number <= go_to_end && number == std::floor(number))) return false;
+        if (!(number >= none && number <= abort && number == std::floor(number))) return false;
         switch (static_cast<Number>(static_cast<std::int32_t>(number))) {
             case none: return true;
             case upper_dwell: return take(words_.upper_dwell, value, 3600);
@@ -120,6 +122,7 @@ private:
             case check: return take_place(checked_, value);
             case forget: forgets_ = true; return true;
             case go_to_end: returns_ = true; return true;
+            case abort: aborts_ = true; return true;
             case shift: break;
         }
         return false;
@@ -161,6 +164,7 @@ private:
     bool program_ = false;
     double number_ = 0, checked_ = 0;
     bool refused_ = false, forgets_ = false, moved_ = false, returns_ = false, shifts_ = false;
+    bool aborts_ = false;
 };
 
 }  // namespace plumb

@@ -35,6 +35,7 @@ public:
         bool feed_hold = false, emergency_hold = false;
         bool trial_over = false;         // of plumb commission
         bool on = false, homed = false;  // the machine, the joint
+        bool spindle_on = true, at_speed = true;
         bool stage_limited = false;
         bool releasable = false;          // the offset, by its stage
         bool released = false;            // it has become part of the position
@@ -53,6 +54,7 @@ public:
 
     // One period of dt s.
     void step(const Inputs& inputs, StrokeValues settings, double dt) noexcept {
+        below_speed_ = inputs.at_speed ? 0 : std::min(below_speed_ + dt, 1e9);
         const Now now = judged(inputs, dt);
         words_.replace(settings);
         stand(now, dt);
@@ -92,6 +94,7 @@ public:
 
 private:
     static constexpr std::size_t nodes = 64;  // to plan in a period
+    static constexpr double answer_time = 2;  // s, in which the end of a program is seen
 
     // The inputs of a period, judged.
     struct Now {
@@ -138,7 +141,6 @@ private:
 
     void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
-        faults_.step(orders.run);
         if (!now.given.homed) supervision_.accept();
         faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
         if (motion_.moves() && !now.given.on) freeze();
@@ -148,22 +150,39 @@ private:
         }
         if (now.given.released) release();
         if (orders.starts && motion_.state() == StrokeMotion::State::returning)
-            faults_.start(Fault::withdrawing);
+            faults_.happen(Fault::withdrawing);
+        leaves_ = values().stroke.clear != Oscillation::Stop::none && (orders.ended || words_.aborts());
+        watch_wheel(now, dt);
         if (orders.starts && !motion_.moves()) start(now, given, dt);
         if (orders.returns && !motion_.moves() && ready(now) && now.known) return_to_end(now, given, dt);
         if (orders.shifts && motion_.moves()) take_over(given, dt);
+    }
+
+    // A spindle that is ordered off ends the strokes, and so does one that lost its speed. An abort and the
+    // end of a program order it off, too: it is a fault where the program goes on.
+    void watch_wheel(const Now& now, double dt) noexcept {
+        const Inputs& given = now.given;
+        const bool slow = given.spindle_on && below_speed_ > values().at_speed_time;
+        if (motion_.state() == StrokeMotion::State::stroking && !values().without_wheel &&
+            (slow || !given.spindle_on)) {
+            leaves_ = wheel_lost_ = true;
+            lost_for_ = slow ? answer_time : 0;
+        }
+        if (!wheel_lost_ || !now.orders.ordered) return;
+        lost_for_ += dt;
+        if (lost_for_ >= answer_time) faults_.happen(Fault::wheel_lost);
     }
 
     // It is asked whether the scale is right before its dead points are learned.
     bool slipped(const StrokeValues& given) const noexcept { return given.learn && supervision_.slipped(); }
 
     void start(const Now& now, const StrokeValues& given, double dt) noexcept {
-        const bool is_ready = ready(now) && now.orders.permitted && now.orders.runs;
-        faults_.start(!is_ready        ? Fault::not_ready
-                      : !now.known     ? Fault::position
-                      : slipped(given) ? Fault::slips
-                                       : in_force_.take(given, position_, dt));
-        if (faults_.refused()) return;
+        Fault reason = !now.orders.runs ? Fault::not_ready : refusal(now, given, position_, dt);
+        if (reason == Fault::none)
+            reason = now.known ? in_force_.take(given, position_, dt) : Fault::position;
+        faults_.happen(reason);
+        wheel_lost_ = false;
+        if (reason != Fault::none) return;
         standing_off_.end();
         in_force_.begin_strokes();
         supervision_.select(in_force_);
@@ -175,7 +194,9 @@ private:
     Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) const noexcept {
         if (!ready(now) || !now.orders.permitted) return Fault::not_ready;
         if (slipped(given)) return Fault::slips;
-        return given.refusal(given.lower, given.upper, end, dt);
+        const Fault reason = given.refusal(given.lower, given.upper, end, dt);
+        const bool turns = given.without_wheel || (now.given.spindle_on && now.given.at_speed);
+        return reason == Fault::none && !turns ? Fault::wheel_stands : reason;
     }
 
     void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
@@ -241,7 +262,7 @@ private:
             !(values.exact_stop > 0) ||
             (now.measurable &&
              std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
-        motion_.step({now.orders.runs, now.orders.permitted, now.orders.returns, hold(now.given),
+        motion_.step({now.orders.runs, now.orders.permitted, leaves_, now.orders.returns, hold(now.given),
                       values.stop(), now.given.trial_over},
                      wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
                          return values.learn ? supervision_.learning().offset(upper, reversal, speed, way)
@@ -275,7 +296,8 @@ private:
     void report(const Now& now) noexcept {
         const bool runs = motion_.moves();
         const Oscillation& oscillation = motion_.oscillation();
-        busy_ = runs ? !now.orders.ordered : motion_.failed() && away();
+        busy_ =
+            (runs ? !now.orders.ordered : motion_.failed() && away()) || (now.orders.ordered && wheel_lost_);
         if (now.measurable) measured_ = now.measured;
         if (!now.given.homed) standing_off_.end();
         standing_off_.step(position_, now.given.on);
@@ -308,6 +330,10 @@ private:
     double last_position_ = 0;
     double position_ = 0, measured_ = 0;
     bool busy_ = false, hold_ordered_ = false;
+    bool leaves_ = false;      // the work, ordered in this period
+    bool wheel_lost_ = false;  // since the start
+    double lost_for_ = 0;      // s, while the program goes on
+    double below_speed_ = 0;   // s, of the spindle
     Fault fault_ = Fault::none;
 };
 

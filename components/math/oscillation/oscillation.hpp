@@ -55,13 +55,13 @@ public:
     // The learned ends have changed.
     void refresh() noexcept { changed_ = true; }
 
-    // After a withdrawal has begun, only a stop at once changes it.
+    // After a withdrawal has begun, only a stop at once changes it, and an order to leave.
     void stop(Stop kind) noexcept {
         if (state_ == State::rest || kind == stop_) return;
-        if (stop_ == Stop::withdraw && kind != Stop::at_once) return;
+        if (withdraws() && kind != Stop::at_once && kind != Stop::leave) return;
         stop_ = kind;
         changed_ = stops_ = true;
-        if (stop_ != Stop::withdraw) return;
+        if (!withdraws()) return;
         wait_ = std::min(wait_, time_);  // no dwell
         settles_ = false;
     }
@@ -74,6 +74,12 @@ public:
         start(settings, position);
         stop_ = Stop::withdraw;
         begin_plan(Kind::closing);
+    }
+
+    // Out of the work from rest.
+    void leave(const Settings& settings, double position) noexcept {
+        start(settings, position);
+        stop_ = Stop::leave;
     }
 
     // Rests at a position, at once: the drive is off.
@@ -118,7 +124,16 @@ public:
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
-    const StrokePlan& plan() const noexcept { return plans_[running_]; }          // that runs, or ran last
+    // S, to the dead point that is clear of the work: it goes on to the other one, or turns back before.
+    double longest_way_out() const noexcept {
+        const double crank = pi * (upper_ - lower_) / (2 * std::max(settings_.speed, nothing));
+        const double down = std::max(duration_[0], crank), up = std::max(duration_[1], crank);
+        return down + up -
+               (settings_.clear == Stop::none    ? 0
+                : settings_.clear == Stop::lower ? up / 2
+                                                 : down / 2);
+    }
+    const StrokePlan& plan() const noexcept { return plans_[running_]; }  // that runs, or ran last
     bool upward() const noexcept { return plan().upward(); }
     double speed() const noexcept { return leg().arrival.speed; }  // mu/s, peak of the present stroke
     bool second_half() const noexcept { return state_ == State::stroke && time_ > plan().duration() / 2; }
@@ -160,14 +175,31 @@ private:
 
     bool is_end(double position) const noexcept { return std::abs(end() - position) <= nothing; }
 
-    // Whether the dead point nearest the end is the upper one.
-    bool near_is_upper() const noexcept { return std::abs(upper_ - end()) <= std::abs(lower_ - end()); }
+    bool withdraws() const noexcept { return stop_ == Stop::withdraw || stop_ == Stop::leave; }
+    bool leaves() const noexcept { return stop_ == Stop::leave && settings_.clear != Stop::none; }
 
-    // Whether a withdrawal goes to the end next: from that dead point, or from beyond it.
+    // Whether a withdrawal goes by the upper dead point: it is clear of the work, or nearest the end.
+    bool by_upper() const noexcept {
+        return leaves() ? settings_.clear == Stop::upper
+                        : std::abs(upper_ - end()) <= std::abs(lower_ - end());
+    }
+    // Whether it rests there, as the end is not clear of the work.
+    bool rests_clear() const noexcept {
+        return leaves() && (by_upper() ? end() < upper_ - nothing : end() > lower_ + nothing);
+    }
+
+    // Whether a withdrawal goes to the end next, or rests: from that dead point, or from beyond it.
     bool closes_from(double position) const noexcept {
-        const bool upper = near_is_upper();
+        const bool upper = by_upper();
         if (next_ == Kind::regular) return leg().homeward || leg().arrival.upper == upper;
-        return is_end(position) || (upper ? position >= upper_ - nothing : position <= lower_ + nothing);
+        const double near = nothing + (leaves() ? leg().margin() : 0);
+        return (is_end(position) && !rests_clear()) ||
+               (upper ? position >= upper_ - near : position <= lower_ + near);
+    }
+
+    // Whether the axis goes deeper into the work that it is to leave.
+    bool turns_back() const noexcept {
+        return leaves() && leg().kind != Kind::closing && plan().upward() != by_upper();
     }
 
     // Begins to plan the next leg, once for each, and again when something has changed while there is time.
@@ -176,10 +208,13 @@ private:
         if (!due_ && !changed_) return;
         if (!due_ && !stops_ && planner_.busy()) return;  // a change in each period makes no plan in each
         const bool waits = state_ == State::waiting;
-        const double left = (waits ? wait_ - time_ : plan().duration() - time_ + wait_after()) / period_;
+        const double left = (waits                      ? wait_ - time_
+                             : state_ == State::braking ? braking_.duration() - time_
+                                                        : plan().duration() - time_ + wait_after()) /
+                            period_;
         const auto work = static_cast<double>(StrokePlanner::most_work), most = static_cast<double>(nodes);
         const bool late = !due_ && left < work / most + 2;
-        if (state_ == State::braking || (late && !(waits && (held_ || stops_)))) return;
+        if ((state_ == State::braking && !braking_turns_) || (late && !(waits && (held_ || stops_)))) return;
         due_ = changed_ = stops_ = false;
         // Half of the time, so that a change comes with the next stroke.
         pace_ = static_cast<std::size_t>(std::clamp(std::ceil(2 * work / std::max(left, 1.0)), 1.0, most));
@@ -192,22 +227,25 @@ private:
     }
 
     // As planned: an end beyond the dead point must not become one at which the axis dwells, and creeps.
-    double wait_after() const noexcept { return stop_ == Stop::withdraw ? 0 : leg().dwell; }
+    double wait_after() const noexcept { return withdraws() ? 0 : leg().dwell; }
 
     // Chooses the leg after the one that runs, or the one that is waited for.
     template <class Learned>
     void plan_next(const Learned& learned) noexcept {
         const bool runs = state_ == State::stroke;
-        const double from = runs ? plan().to() : position_;
+        const double from = runs ? plan().to() : state_ == State::braking ? braking_.end() : position_;
         bool upward = !this->upward();
         OscillationLeg& leg = legs_[1 - running_];
         leg = {};
         leg.kind = next_;
         leg.settings = settings_;
-        if (stop_ == Stop::withdraw) {
-            leg.homeward = leg.kind != Kind::closing && !closes_from(from);
-            if (!leg.homeward) leg.kind = Kind::closing;
-            upward = near_is_upper();
+        if (withdraws()) {
+            leg.homeward = (leg.kind != Kind::closing || rests_clear()) && !closes_from(from);
+            if (!leg.homeward)
+                leg.kind = rests_clear() ? Kind::none : Kind::closing;
+            else if (leg.kind == Kind::closing)
+                leg.kind = Kind::first;
+            upward = by_upper();
         } else if (leg.kind != Kind::closing && pauses_from(from)) {
             leg.kind = Kind::closing;
             leg.pauses = true;
@@ -230,7 +268,7 @@ private:
         }
         if (leg.kind == Kind::closing && is_end(from)) leg.kind = Kind::none;
         if (leg.kind == Kind::none && runs && this->leg().ends_outside() && !can_stop_at_bound())
-            leg.kind = Kind::regular;
+            leg.kind = rests_clear() ? Kind::closing : Kind::regular;
         if (leg.kind == Kind::none) return;
         const bool leaves_outside =
             next_ == Kind::regular && this->leg().kind == Kind::regular && this->leg().ends_outside();
@@ -240,10 +278,11 @@ private:
             now.upper = upper_;
         }
         leg.acceleration = now.acceleration * now.braking;
+        leg.comes_in = leaves_outside && leg.kind == Kind::closing;
         StrokeRequest request;
         if (leg.kind != Kind::closing)
             request = leg.to_dead_point({from, lower_, upper_, upward}, now, settings_, learned);
-        else if (leaves_outside && !this->leg().leads_to(end()))
+        else if (leaves_outside && (rests_clear() || !this->leg().leads_to(end())))
             request = OscillationLeg::inward({from, lower_, upper_}, now);
         else
             request = OscillationLeg::to_position(from, end(), now);
@@ -275,6 +314,8 @@ private:
             const bool ends = next().kind == Kind::none && !due_;
             if (hold_ == Stop::at_once || stop_ == Stop::at_once)
                 brake(now, leg().acceleration, stop_ != Stop::at_once);
+            else if (turns_back())
+                brake(now, leg().acceleration, false);
             else if ((ends || hold_ == Stop::dead_point) && leg().ends_outside())
                 brake_to_bound(now, dt, !ends);
             return;
@@ -283,7 +324,7 @@ private:
         position_ = plan().to();
         state_ = State::waiting;
         wait_ = wait_after();
-        settles_ = stop_ != Stop::withdraw && leg().exact_stop > 0;
+        settles_ = !withdraws() && leg().exact_stop > 0;
         if (leg().kind == Kind::closing) return;
         if (leg().kind == Kind::regular) ++strokes_;
         if (leg().sparks) ++sparks_;
@@ -291,7 +332,7 @@ private:
         arrival_.happened = true;
         arrival_.length = std::abs(plan().to() - plan().from());
         arrival_.turning = plan().last_acceleration();
-        arrival_.infeed = !leg().sparks && stop_ != Stop::withdraw;
+        arrival_.infeed = !leg().sparks && !withdraws();
     }
 
     // Brakes, if it then rests in the region, where the axis may stand, or, before the first dead point, on
@@ -302,7 +343,9 @@ private:
         const double low = lower_ + margin, high = upper_ - margin;
         const double from = leg().kind == Kind::regular ? low : plan().from(), end = braking.end();
         const bool inside = end >= std::min(from, low) - nothing && end <= std::max(from, high) + nothing;
-        if (leg().kind == Kind::closing || inside) begin_braking(braking, holds);
+        const bool still_outside = leg().comes_in && (plan().upward() ? end < lower_ : end > upper_) &&
+                                   plan().upward() == (plan().from() < lower_);
+        if (leg().kind == Kind::closing ? !still_outside : inside) begin_braking(braking, holds);
     }
 
     // The deceleration that ends where the axis may stand.
@@ -328,6 +371,8 @@ private:
         state_ = State::braking;
         braking_ = braking;
         holding_ = holds;
+        braking_turns_ = turns_back();
+        if (braking_turns_) begin_plan(Kind::first);
         restart_upward_ = upward();
         time_ = 0;
     }
@@ -335,21 +380,22 @@ private:
     void run_braking() noexcept {
         move_to(braking_.at(time_));
         if (time_ < braking_.duration()) return;
-        if (stop_ == Stop::at_once || (!holding_ && stop_ != Stop::withdraw)) {
+        if (stop_ == Stop::at_once || (!holding_ && !withdraws())) {
             state_ = State::rest;
             return;
         }
         state_ = State::waiting;
         wait_ = 0;
         time_ = 0;
-        begin_plan(leg().kind == Kind::closing && !leg().pauses ? Kind::closing : Kind::first);
+        if (!braking_turns_)
+            begin_plan(leg().kind == Kind::closing && !leg().pauses ? Kind::closing : Kind::first);
     }
 
     void wait() noexcept {
         velocity_ = acceleration_ = 0;
         const bool stands = next_ != Kind::regular || !leg().ends_outside();
         const bool inside = stands && position_ >= lower_ - nothing && position_ <= upper_ + nothing;
-        due_ |= stop_ == Stop::withdraw && !withdraws();
+        due_ |= withdraws() && !next_withdraws();
         if ((stop_ == Stop::at_once && inside) || (next().kind == Kind::none && !due_)) {
             state_ = State::rest;
             return;
@@ -386,9 +432,9 @@ private:
 
     // Whether the next leg is one of a withdrawal, which may have come too late for it. At an end that lies
     // outside, and from which the end is inward, the axis must not wait for another: a cycle more, then.
-    bool withdraws() const noexcept {
+    bool next_withdraws() const noexcept {
         if (next().kind == Kind::closing) return true;
-        if (next().kind == Kind::none) return is_end(position_);
+        if (next().kind == Kind::none) return rests_clear() ? closes_from(position_) : is_end(position_);
         return !closes_from(position_) || (leg().ends_outside() && !leg().leads_to(end()));
     }
 
@@ -427,6 +473,7 @@ private:
     bool limited_[2] = {false, false};  // downward, upward
     std::int32_t strokes_ = 0, sparks_ = 0;
     bool restart_upward_ = false, holding_ = false, held_ = false, late_ = false;
+    bool braking_turns_ = false;  // back, and the leg after it is planned meanwhile
     bool there_ = true, settles_ = false, impatient_ = false;  // the axis, at an exact stop
 };
 

@@ -40,6 +40,7 @@ struct OscillationLeg {
     bool sparks = false;           // without infeed
     bool homeward = false;         // a withdrawal goes by it to the dead point nearest the end
     bool pauses = false;           // to the end for a hold: strokes go on after it
+    bool comes_in = false;         // closing: it begins where the end of a stroke was learned, outside
     bool clipped = false;          // by the soft limits
     bool near = false;             // it begins where it should end
     double acceleration = 0;       // mu/s2, the largest by which it was planned

@@ -11,8 +11,9 @@ namespace plumb {
 // What an oscillation is to do. All positions are in mu.
 struct OscillationSettings {
     // dead_point: the next one. withdraw: at the dead point nearest the end position, then to the end
-    // position, without spark-out.
-    enum class Stop { none, dead_point, end_position, at_once, withdraw, lower, upper };
+    // position, without spark-out. leave: the same by the dead point that is clear of the work; an axis that
+    // moves away from it turns back at once.
+    enum class Stop { none, dead_point, end_position, at_once, withdraw, leave, lower, upper };
 
     double lower = 0, upper = 0;    // dead points, lower < upper
     double speed = 0;               // mu/s, peak, with the override
@@ -31,6 +32,7 @@ struct OscillationSettings {
     bool upward_first = false;
     bool timed = false;                // a stroke keeps its time where its ends are learned, not its speed
     Stop ending = Stop::end_position;  // after the last stroke; a dead point or end_position
+    Stop clear = Stop::none;           // the dead point that is clear of the work: lower or upper
     SpeedSections::Table sections{};
 
     bool operator==(const OscillationSettings& other) const noexcept {
@@ -39,7 +41,7 @@ struct OscillationSettings {
                             its.end_acceleration, its.largest_speed, its.caution, its.lower_dwell,
                             its.upper_dwell, its.exact_stop, its.lowest, its.highest, its.end_position,
                             its.strokes, its.spark_out, its.learned, its.upward_first, its.timed, its.ending,
-                            its.sections);
+                            its.clear, its.sections);
         };
         return all(*this) == all(other);
     }

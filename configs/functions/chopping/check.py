@@ -10,6 +10,7 @@ PATIENCE = 30  # s
 def check(machinery):
     begin = machinery.inside("Z")
     machinery.move(Z=begin)
+    machinery.set("chop.without-wheel", 1)  # a copy has no spindle
     lower, upper = sorted((begin, machinery.room("Z", STROKE)))
     following = [0]  # errors of the drive, in mm
     seen = [stroke(machinery, begin, lower, upper, *each, following) for each in (("G21", 1), ("G20", 25.4))]

@@ -137,7 +137,7 @@ TEST_F(ChoppingWithdrawal, NoHoldKeepsTheAxisInTheWorkWithoutAnEnable) {
         }
 }
 
-TEST_F(ChoppingWithdrawal, AStartBeforeItsEndIsRefusedUntilRunFalls) {
+TEST_F(ChoppingWithdrawal, AStartBeforeItsEndIsRefused) {
     start();
     bench.run(1.1);
     set("enable", 0);
@@ -152,7 +152,7 @@ TEST_F(ChoppingWithdrawal, AStartBeforeItsEndIsRefusedUntilRunFalls) {
     EXPECT_EQ(get("active"), 0);
     set("run", 0);
     bench.run(0.01);
-    EXPECT_EQ(get("fault-code"), 0);
+    EXPECT_EQ(get("fault-code"), 18) << "until the next start";
     start();
     bench.run(0.5);
     EXPECT_EQ(get("active"), 1);
@@ -323,12 +323,13 @@ TEST_F(ChoppingWithdrawal, StopEndsStrokesAsRunDoesAndRefusesAStart) {
         set("run", 0);
         pulse("go-to-end");
         bench.run(2);
-        EXPECT_EQ(get("fault-code"), 0);
+        EXPECT_EQ(get("fault-code"), 1) << "until the next start";
         EXPECT_EQ(get("at-end"), 1);
     }
 }
 
-// A drawn machine under drawn orders. Whatever was before, a lost enable takes a moving axis to R.
+// A drawn machine under drawn orders. Whatever was before, a lost enable takes a moving axis to R, or to the
+// dead point that is clear of the work.
 class Drawn {
 public:
     explicit Drawn(std::uint64_t seed) : random_(seed) {
@@ -342,6 +343,8 @@ public:
         set("max-feed", 120);
         set("max-rate", 150);
         set("spark-out", random_.index(4));
+        kind_ = static_cast<int>(seed / 5 % 3);
+        set("abort-kind", kind_);
         if (random_.index(2) == 0) set("jerk-time", random_.uniform(0.002, 0.03));
         if (random_.index(2) == 0) {
             set("lower-dwell", random_.uniform(0, 0.3));
@@ -378,6 +381,7 @@ public:
     int losses() const { return losses_; }  // while it moved
 
 private:
+    static constexpr double inset = 0.31;  // mm, of an end that is not learned
     static constexpr double more = 1, ends[] = {0, -40, -8, -20, -14};
 
     void set(const std::string& pin, double value) { bench_.set("chop." + pin, value); }
@@ -421,8 +425,11 @@ private:
         const std::vector<double> z = bench_.trace(0.3, {"chop.command"}).column("chop.command");
         for (int i = 0; i < 600 && get("active") != 0; ++i) order_and_run(moves);
         if (moves) {
-            ASSERT_NEAR(get("command"), end_, nm);
-            ASSERT_EQ(get("at-end"), 1);
+            const double rests = get("command");
+            const bool clear = kind_ == 1 ? rests <= -20 + inset : kind_ == 2 && rests >= -8 - inset;
+            if (!clear) ASSERT_NEAR(rests, end_, nm);
+            const bool end_is_clear = kind_ == 0 || (kind_ == 1 ? end_ <= -20 : end_ >= -8);
+            if (end_is_clear) ASSERT_EQ(get("at-end"), 1);
             ++losses_;
         } else if (get("at-end") == 0) {
             ASSERT_EQ(z.back(), place);
@@ -446,14 +453,14 @@ private:
     Random random_;
     Bench bench_;
     double end_ = 0, lowest_ = 0, highest_ = 0;
-    int losses_ = 0;
+    int losses_ = 0, kind_ = 0;
 };
 
 TEST(ChoppingWithdrawalDrawn, NoSequenceOfOrdersKeepsTheAxisFromRAfterALoss) {
     int losses = 0;
-    for (int seed = 1; seed <= rounds(6, 2); ++seed) {
+    for (int seed = 1; seed <= rounds(15, 3); ++seed) {
         SCOPED_TRACE(seed);
-        Drawn drawn(static_cast<std::uint64_t>(seed));
+        Drawn drawn(static_cast<std::uint64_t>(7 * seed));
         drawn.work(60);
         losses += drawn.losses();
         if (testing::Test::HasFailure()) break;

@@ -6,19 +6,11 @@
 namespace plumb {
 namespace {
 
-TEST(StrokeFaults, ARefusalLastsUntilRunFallsAndAnotherFaultUntilTheNextStart) {
+TEST(StrokeFaults, OneThatHappenedLastsUntilTheNextStart) {
     StrokeFaults it;
-    it.start(Fault::region);
-    it.step(true);
+    it.happen(Fault::region);
     EXPECT_EQ(it.first({}), Fault::region);
-    EXPECT_TRUE(it.refused());
-    it.step(false);
-    EXPECT_EQ(it.first({}), Fault::none);
-    it.start(Fault::none);
-    it.happen(Fault::following);
-    it.step(false);
-    EXPECT_EQ(it.first({}), Fault::following);
-    it.start(Fault::none);
+    it.happen(Fault::none);
     EXPECT_EQ(it.first({}), Fault::none);
 }
 
@@ -40,7 +32,6 @@ TEST(StrokeFaults, ShowsTheCheckedStrokeFirstThenAnEventThenWhatLasts) {
     EXPECT_EQ(it.checked(), Fault::region);
     it.check(Fault::none);
     EXPECT_EQ(it.first(now), Fault::lags) << "nothing is asked for any more";
-    EXPECT_FALSE(it.refused());
 }
 
 }  // namespace

@@ -27,6 +27,8 @@ class Function:
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.outputs = given.get("outputs", {})
+        self.if_netted = given.get("if_netted", {})
+        self.left_out = set()  # signals of if_netted whose pins this machine does not net
         self.number = 0  # at interlock
         self.numbers = None  # Numbers on a machine
         self.remap = given.get("remap", [])
@@ -54,6 +56,10 @@ class Function:
                 text = re.sub(r"(?m)^(#<%s> *= ).*" % parameter, r"\g<1>" + self.numbers.parameter(pin), text)
         return text
 
+    def meet(self, state):
+        """Leaves out the nets of pins that the machine does not net: another signal would take their default from them."""
+        self.left_out = {signal for signal, pins in self.if_netted.items() if not any(state.signal_of(pin) for pin in pins)}
+
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         moved = self.numbers.moved if self.numbers else {}
@@ -63,7 +69,7 @@ class Function:
             for command in hal_text.parse(self.text(self.name + ".hal"))
             if not (
                 command.name == "net"
-                and command.words[0].startswith(absent)
+                and (command.words[0] in self.left_out or command.words[0].startswith(absent))
                 and not command.words[0].endswith("-tool-offset")  # LinuxCNC has this pin for all axes
             )
         ]

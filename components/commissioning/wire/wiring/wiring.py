@@ -27,6 +27,7 @@ class Wiring:
         self.numbers = numbers or Numbers(functions, machine, {})
         for function in functions:
             function.numbers = self.numbers
+            function.meet(machine.complete)
         parts = Parts(functions, machine, folder, commissioning)
         for part in parts.all:
             part.nets = [[self.numbers.moved.get(word, word) for word in net] for net in part.nets]
