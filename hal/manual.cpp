@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 #include <tuple>
 #include <vector>
@@ -45,7 +46,7 @@ bool are_of_a_family(const PinInfo& one, const PinInfo& other) {
         const std::string& name = pin.each_name;
         const std::string stem = name.substr(0, name.find_last_not_of("0123456789") + 1);
         return std::make_tuple(stem, pin.each_doc, pin.type, pin.unit, pin.initial, pin.setting.level,
-                               pin.setting.range.least, pin.setting.range.most, pin.only_with);
+                               pin.setting.range.least, pin.setting.range.most);
     };
     return one.output == other.output && facts(one) == facts(other);
 }
@@ -71,12 +72,23 @@ std::string names_of(const Family& family) {
     return escaped(wrapped(text));
 }
 
+// The condition of the last pin of a family, as a sentence for all.
+std::string condition_of(const PinInfo& last, std::size_t number) {
+    const std::string& condition = last.only_with;
+    if (condition.empty()) return "";
+    const std::size_t count = condition.find(">="), axis = condition.rfind(" in ");
+    if (count != std::string::npos && number > 1) return " As many as " + condition.substr(0, count) + '.';
+    if (axis != std::string::npos && number > 1)
+        return " For the axes in " + condition.substr(axis + 4) + '.';
+    return " Only with " + condition + '.';
+}
+
 // L is the letter of the axis, where there are several.
 std::string sentence_of(const Family& family) {
     const PinInfo& pin = *family.front();
     std::string text = family.size() == 1 || pin.doc == family.back()->doc ? pin.doc : pin.each_doc;
     if (text != pin.doc) std::replace(text.begin(), text.end(), '%', 'L');
-    return escaped(wrapped(text + (pin.only_with.empty() ? "" : " Only with " + pin.only_with + '.')));
+    return escaped(wrapped(text + condition_of(*family.back(), family.size())));
 }
 
 void write_pins(std::ostream& out, const Declarations& declared, bool output) {
@@ -293,23 +305,61 @@ void write_all_pins(std::ostream& out, const Declarations& declared) {
     write_pins(out, declared, true);
 }
 
+// The options of a load line for an Other: "VALUE OPTION=VALUE".
+std::map<std::string, std::string> given_for(const OptionInfo& option, const Other& other) {
+    std::map<std::string, std::string> given;
+    std::istringstream words(option.name + '=' + other.value);
+    for (std::string word; words >> word;) {
+        const std::size_t sign = word.find('=');
+        given[word.substr(0, sign)] = word.substr(sign + 1);
+    }
+    return given;
+}
+
+std::string condition_of(const OptionInfo& option, const Other& other) {
+    if (option.counts) return option.name + ">=" + other.value;
+    return other.only_with.empty() ? option.name + '=' + other.value : other.only_with;
+}
+
+// Adds those of `others` whose key is not there.
+template <class T, class Key>
+void merge(std::vector<T>& all, const std::vector<T>& others, Key key) {
+    for (const T& other : others)
+        if (std::none_of(all.begin(), all.end(), [&](const T& each) { return key(each) == key(other); }))
+            all.push_back(other);
+}
+
 }  // namespace
 
 AllDeclarations::AllDeclarations(const Model& model) : Declarations(model) {
-    for (const OptionInfo& option : options)
-        for (const std::string& other : option.others) {
-            const Declarations its(model, option.name, other);
+    const std::size_t by_default = pins.size();
+    for (const OptionInfo& option : options) {
+        std::map<std::string, std::string> conditions;  // by pin
+        for (const Other& other : option.others) {
+            const Declarations its(model, given_for(option, other));
+            const std::string condition = condition_of(option, other);
             for (const PinInfo& pin : its.pins) {
-                const auto same = [&](const PinInfo& known) { return known.name == pin.name; };
-                if (std::any_of(pins.begin(), pins.end(), same)) continue;
-                pins.push_back(pin);
-                pins.back().only_with = option.name + '=' + other;
+                std::string& known = conditions[pin.name];
+                if (known.empty())
+                    known = condition;
+                else if (!option.counts)
+                    known += " or " + condition;
             }
-            for (const EffectInfo& effect : its.effects) {
-                const auto same = [&](const EffectInfo& known) { return known.pin == effect.pin; };
-                if (std::none_of(effects.begin(), effects.end(), same)) effects.push_back(effect);
-            }
+            const auto name = [](const auto& pin) { return pin.name; };
+            const auto pin = [](const auto& info) { return info.pin; };
+            merge(pins, its.pins, name);
+            merge(effects, its.effects, pin);
+            merge(offsets, its.offsets, [](const auto& info) { return info.value; });
+            merge(turning, its.turning, [](const auto& each) { return each; });
         }
+        for (std::size_t i = 0; i < pins.size(); ++i) {
+            const auto known = conditions.find(pins[i].name);
+            if (known == conditions.end() || !pins[i].only_with.empty()) continue;
+            const bool always =
+                option.counts ? known->second == condition_of(option, option.others.front()) : i < by_default;
+            if (!always) pins[i].only_with = known->second;
+        }
+    }
 }
 
 std::string manual(const Model& model, int section) {
@@ -416,7 +466,8 @@ std::string declarations(const Model& model) {
     }
     for (const auto& pin : declared.turning) result["pins"][pin]["turns"] = true;
     for (const auto& [pin, effect] : declared.effects) result["pins"][pin]["effect"] = effect;
-    for (const auto& option : declared.options) result["options"][option.name] = option.doc;
+    for (const auto& option : declared.options)
+        result["options"][option.name] = {{"sentence", option.doc}, {"default", option.initial}};
     for (const auto* function : declared.functions) {
         nlohmann::ordered_json& entry = result["functions"][function->name];
         entry = {{"sentence", function->sentence}, {"place", info(function->place).name}};

@@ -5,6 +5,7 @@
 #include "hal/component.hpp"
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -15,10 +16,9 @@ namespace plumb::hal {
 // Builds an instance without HAL and keeps its declarations.
 class Declarations : public Registrar {
 public:
-    explicit Declarations(const Model& model) : Declarations(model, "", "") {}
-    // With an option that has another value than its initial one.
-    Declarations(const Model& model, std::string option, std::string value)
-        : option_(std::move(option)), value_(std::move(value)), instance_(model.make(*this)) {}
+    // With options that have other values than their initial ones.
+    explicit Declarations(const Model& model, std::map<std::string, std::string> given = {})
+        : given_(std::move(given)), instance_(model.make(*this)) {}
 
     Slot add(const PinInfo& pin) override {
         pins.push_back(pin);
@@ -28,7 +28,8 @@ public:
     void add(Function& function) override { functions.push_back(&function); }
     std::string add(const OptionInfo& option) override {
         options.push_back(option);
-        return option.name == option_ ? value_ : option.initial;
+        const auto value = given_.find(option.name);
+        return value == given_.end() ? option.initial : value->second;
     }
     void add(const OffsetInfo& offset) override { offsets.push_back(offset); }
     void add(const CodesInfo& info) override { codes.push_back(info); }
@@ -48,7 +49,7 @@ public:
     std::vector<ToldInfo> told;
 
 private:
-    const std::string option_, value_;
+    const std::map<std::string, std::string> given_;
     std::deque<double> cells_;
     std::deque<void*> slots_;
     std::unique_ptr<Component> instance_;

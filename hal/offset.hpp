@@ -102,6 +102,11 @@ public:
         demand(!its.acceleration.empty() || !its.accelerated_by.empty(), "acceleration");
         owner.registrar().add(its);
     }
+    // Of each output of a row; `describe` makes its MovingPin.
+    template <class Row, class Describe>
+    Offset(Owner owner, const Row& row, const Describe& describe) {
+        for (const auto& pin : row) Offset(owner, describe(pin));
+    }
     Offset(const Offset&) = delete;
     Offset& operator=(const Offset&) = delete;
 };

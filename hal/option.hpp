@@ -10,6 +10,7 @@
 #include "hal/registrar.hpp"
 
 #include <charconv>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -25,8 +26,8 @@ class Option {
 public:
     // others: values with which the component has other pins.
     Option(Component* owner, const std::string& name, const T& initial, const std::string& doc,
-           const std::vector<std::string>& others = {})
-        : value_(parse(name, registrar(owner).add(OptionInfo{name, text(initial), doc, others}))) {}
+           const std::vector<Other>& others = {}, bool counts = false)
+        : value_(parse(name, registrar(owner).add(OptionInfo{name, text(initial), doc, others, counts}))) {}
     Option(const Option&) = delete;
     Option& operator=(const Option&) = delete;
 
@@ -57,6 +58,29 @@ private:
     }
 
     const T value_;
+};
+
+// How many rows of pins an instance has: `loadrt axis_growth sensors=3`. Loading with a number that is out of
+// range fails.
+class Count {
+public:
+    Count(Component* owner, const std::string& name, int initial, int least, int most, const std::string& doc)
+        : option_(owner, name, initial, doc, values(least, most), true) {
+        if (option_ < least || option_ > most)
+            throw std::invalid_argument(name + "=" + std::to_string(option_) + ": give " +
+                                        std::to_string(least) + " to " + std::to_string(most));
+    }
+
+    operator std::size_t() const noexcept { return static_cast<std::size_t>(option_.get()); }
+
+private:
+    static std::vector<Other> values(int least, int most) {
+        std::vector<Other> result;
+        for (int value = least; value <= most; ++value) result.emplace_back(std::to_string(value), "");
+        return result;
+    }
+
+    const Option<int> option_;
 };
 
 // The path of an option that names a file; throws when it is not absolute. Empty stays empty.

@@ -7,9 +7,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <type_traits>
-#include <utility>
 
 namespace plumb::hal {
 
@@ -91,33 +91,31 @@ struct Out final : Pin<T> {
     }
 };
 
-// N pins of one kind:  Row<In<double>, 12> load{this, "load", 0, "W", "..."}  declares load-00 to load-11.
-template <class P, std::size_t N>
+// N pins of one kind:  Row<In<double>, 4> load{this, "load", 0, "W", "..."}  declares load-0 to load-3; with
+// a number before the name there are so many of them, as a hal::Count says.
+template <class P, std::size_t N = 0>
 class Row {
-    static_assert(N >= 1 && N <= 100, "pin numbers have one or two digits");
-
 public:
     template <class... Rest>
-    Row(Owner owner, const std::string& stem, const Rest&... rest)
-        : Row(std::make_index_sequence<N>{}, owner, stem, rest...) {}
-
-    P& operator[](std::size_t i) noexcept { return pins_[i]; }
-    P* begin() noexcept { return pins_; }
-    P* end() noexcept { return pins_ + N; }
-    const P* begin() const noexcept { return pins_; }
-    const P* end() const noexcept { return pins_ + N; }
-
-private:
-    template <std::size_t... I, class... Rest>
-    Row(std::index_sequence<I...>, Owner owner, const std::string& stem, const Rest&... rest)
-        : pins_{P(owner, stem + "-" + numeral(I), rest...)...} {}
-
-    static std::string numeral(std::size_t i) {
-        const std::string digits = std::to_string(i);
-        return N > 10 && i < 10 ? "0" + digits : digits;
+    Row(Owner owner, const std::string& stem, const Rest&... rest) : Row(owner, N, stem, rest...) {
+        static_assert(N > 0, "give the number of the pins");
+    }
+    template <class... Rest>
+    Row(Owner owner, std::size_t number, const std::string& stem, const Rest&... rest) {
+        for (std::size_t i = 0; i < number; ++i)
+            pins_.emplace_back(owner, stem + "-" + std::to_string(i), rest...);
     }
 
-    P pins_[N];
+    std::size_t size() const noexcept { return pins_.size(); }
+    P& operator[](std::size_t i) noexcept { return pins_[i]; }
+    const P& operator[](std::size_t i) const noexcept { return pins_[i]; }
+    auto begin() noexcept { return pins_.begin(); }
+    auto end() noexcept { return pins_.end(); }
+    auto begin() const noexcept { return pins_.begin(); }
+    auto end() const noexcept { return pins_.end(); }
+
+private:
+    std::deque<P> pins_;
 };
 
 }  // namespace plumb::hal

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb::hal {
@@ -72,7 +73,20 @@ struct PinInfo {
     Setting setting =
         {};  // of an input; its range is in the machine unit, also where the initial value is not
     std::string each_name = {}, each_doc = {};  // of all axes, with % for the letter
-    std::string only_with = {};  // OPTION=VALUE, of a pin that there is not otherwise; of manuals alone
+    // Of a pin that there is not otherwise, in manuals alone: OPTION=VALUE, OPTION>=NUMBER, or "W in OPTION",
+    // several joined by " or ".
+    std::string only_with = {};
+};
+
+// A value of an option with which the component has other pins. Other options that it needs stand behind it:
+// "A chain=w-A-X-Y.b-Z-t".
+struct Other {
+    Other(const char* text) : value(text) {}
+    Other(std::string text, std::string condition)
+        : value(std::move(text)), only_with(std::move(condition)) {}
+
+    std::string value;
+    std::string only_with = {};  // of its pins; OPTION=VALUE if it is empty
 };
 
 // ... and about a load-time option.
@@ -80,7 +94,8 @@ struct OptionInfo {
     std::string name;
     std::string initial;
     std::string doc;
-    std::vector<std::string> others = {};  // values with which the component has other pins
+    std::vector<Other> others = {};
+    bool counts = false;  // it is a hal::Count: the others are its values, the smallest first
 };
 
 // ... and about an offset that an output brings into an axis (see hal/offset.hpp): names of pins, without the

@@ -388,7 +388,8 @@ class Host:
 def declarations(module):
     """The declarations of a module, or of a HAL program: its pins, codes, options and functions by their names.
 
-    A pin has a type, output, unit, default and sentence; codes has the sentences of each code by their numbers.
+    A pin has a type, output, unit, default and sentence; codes has the sentences of each code by their numbers. An option has a
+    sentence and a default.
     Raises FileNotFoundError for one that this Plumb does not have, ValueError for a damaged file.
     """
     here = os.path.dirname(os.path.abspath(__file__))
@@ -406,6 +407,27 @@ def declarations(module):
     except (ValueError, TypeError, AttributeError) as error:
         raise ValueError("%s is damaged: %s" % (path, error)) from None
     return declared
+
+
+def has_pin(declared, short, options):
+    """Whether an instance of a declared module has this pin. `options` has those of its load line by name; the others have their
+    defaults."""
+    if short not in declared["pins"]:
+        return False
+    given = {**{name: option["default"] for name, option in declared["options"].items()}, **options}
+    conditions = declared["pins"][short].get("only_with", "")
+    return not conditions or any(_holds(condition, given) for condition in conditions.split(" or "))
+
+
+def _holds(condition, given):
+    letter, is_letter, option = condition.partition(" in ")
+    if is_letter:
+        return letter in given[option]
+    option, is_count, least = condition.partition(">=")
+    if is_count:
+        return given[option].isdecimal() and int(given[option]) >= int(least)
+    option, _sign, value = condition.partition("=")
+    return given[option] == value
 
 
 def _find_executable():

@@ -79,6 +79,9 @@ TEST_F(Binding, RefusesNamesAndCountsThatAreWrongAndNamesThem) {
     expect_refused("count=99999999999", "count=99999999999: at most 64 instances are possible");
     expect_refused("count=99999999999999999999", "count=99999999999999999999: at most 64");
     expect_refused("count=4294967297", "count=4294967297: at most 64");
+    expect_refused("taps=0", "taps=0: give 1 to 14");
+    expect_refused("taps=15", "taps=15: give 1 to 14");
+    expect_refused("taps=two", "taps=two: not a number");
     expect_refused("count=two", "count=two: not a whole number");
     expect_refused("count=2.5", "count=2.5: not a whole number");
     expect_refused("count=", "count=: not a whole number");
@@ -107,13 +110,15 @@ TEST_F(Binding, FunctionsRunInTheOrderOfTheThread) {
     EXPECT_EQ(bench.get("it.latched"), 3);
 }
 
-TEST_F(Binding, RowsAreNumberedWithAsManyDigitsAsTheyNeed) {
-    bench.command("loadrt specimen names=it");
+TEST_F(Binding, ARowHasAsManyPinsAsItsOptionSays) {
+    bench.command("loadrt specimen names=it,few taps=12,2");
     bench.command("addf it.update servo-thread");
     bench.run(0.001);
     EXPECT_EQ(bench.get("it.tap-11"), 11);
-    EXPECT_EQ(bench.get("it.tap-00"), 0);
-    EXPECT_ANY_THROW(bench.get("it.tap-0"));
+    EXPECT_EQ(bench.get("it.tap-0"), 0);
+    EXPECT_ANY_THROW(bench.get("it.tap-12"));
+    EXPECT_EQ(bench.get("few.tap-1"), 0);
+    EXPECT_ANY_THROW(bench.get("few.tap-2"));
 }
 
 TEST_F(Binding, PinsOfAxesAreNamedByTheirLetters) {
@@ -258,10 +263,13 @@ TEST_F(Binding, DeclarationsArePrintedForPrograms) {
     EXPECT_EQ(found.at("name"), "specimen");
     EXPECT_EQ(found.at("pins").at("y-offset"), y_offset);
     EXPECT_EQ(found.at("pins").at("fault-code").at("type"), "s32");
-    EXPECT_EQ(found.at("pins").size(), declared().pins.size());
+    EXPECT_EQ(found.at("pins").size(), declared().pins.size() + 2) << "taps 12 and 13 of another load line";
+    EXPECT_FALSE(found.at("pins").at("tap-0").contains("only_with"));
+    EXPECT_EQ(found.at("pins").at("tap-1").at("only_with"), "taps>=2");
+    EXPECT_EQ(found.at("pins").at("tap-13").at("only_with"), "taps>=14");
     EXPECT_EQ(found.at("codes").at("fault-code").at("3"), "The value to add is beyond +-100.");
     EXPECT_EQ(found.at("codes").size(), 2);
-    EXPECT_EQ(found.at("options").at("gain"), "Factor.");
+    EXPECT_EQ(found.at("options").at("gain").at("sentence"), "Factor.");
     EXPECT_EQ(found.at("functions").at("latch").at("sentence"), "After update.");
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Programs, functions and stages that say to interlock what a test gives them.
-#include "components/stages/interlock/numbered_row.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/program_state.hpp"
@@ -20,7 +19,7 @@ Each state says what the inputs of its number say.)"};
     using Component::Component;
 
     template <class T>
-    using Row = NumberedRow<hal::In<T>>;
+    using Row = hal::Row<hal::In<T>>;
     Row<bool> heartbeat{this, services, "service-heartbeat", false, "The program beats with each change."};
     Row<bool> ready{this, services, "service-ready", true, "The program is ready."};
     Row<bool> has_fault{this, services, "service-fault", false, "The program has a fault."};
@@ -34,9 +33,9 @@ Each state says what the inputs of its number say.)"};
     Row<bool> fault{this, stages, "stage-fault", false, "The stage has a fault."};
     Row<bool> limited{this, stages, "stage-limited", false, "A limit is active."};
     hal::In<bool> dumb{this, "dumb", false, "All say the same word again and again."};
-    NumberedRow<hal::Out<std::uint32_t>> service_state{this, services, "service-state", "The word."};
-    NumberedRow<hal::Out<std::uint32_t>> function_state{this, functions, "function-state", "The word."};
-    NumberedRow<hal::Out<std::uint32_t>> stage_state{this, stages, "stage-state", "The word."};
+    hal::Row<hal::Out<std::uint32_t>> service_state{this, services, "service-state", "The word."};
+    hal::Row<hal::Out<std::uint32_t>> function_state{this, functions, "function-state", "The word."};
+    hal::Row<hal::Out<std::uint32_t>> stage_state{this, stages, "stage-state", "The word."};
     hal::Function run{this, "update", &Peers::update, "Before interlock."};
 
     void update(double) noexcept {

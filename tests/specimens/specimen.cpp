@@ -90,7 +90,8 @@ Two functions share a state; a table is chosen at load time; work that is not re
     hal::Out<double> latched{this, "latched", "mu", "Sum at the last latch."};
     hal::Out<std::int32_t> done{this, "done", "Result of the work done aside."};
     hal::Out<double> gain_found{this, "gain-found", "1", "Gain given at load time."};
-    hal::Row<hal::Out<double>, 12> tap{this, "tap", "mu", "One of twelve."};
+    hal::Count taps{this, "taps", 12, 1, 14, "Number of taps."};
+    hal::Row<hal::Out<double>> tap{this, taps, "tap", "mu", "One of the taps."};
     hal::Axes<hal::In<double>, 3> offset{this, "%-offset", 0.5, "mu", "Offset of %."};
     hal::Axes<hal::Out<double>, 3> twice{this, "twice-%", "mu", "Twice the offset of %."};
     hal::Axes<Slide, 6> slides{this};
@@ -126,7 +127,7 @@ Two functions share a state; a table is chosen at load time; work that is not re
         sum = sum_;
         gain_found = gain.get();
         done = result_;
-        tap[11] = 11;
+        tap[taps - 1] = 11;
         for (std::size_t i = 0; i < 3; ++i) twice[i] = 2 * offset[i];
         for (Slide& slide : slides) slide.position = slide.limits.bounded(slide.wanted);
         spindle.position = spindle.limits.bounded(spindle.wanted);

@@ -3,7 +3,6 @@
 
 #include "components/math/blocks/bounded.hpp"
 #include "components/stages/interlock/functions.hpp"
-#include "components/stages/interlock/numbered_row.hpp"
 #include "components/stages/interlock/stages.hpp"
 #include "components/stages/interlock/wiring_identity.hpp"
 #include "components/stages/stage_permit.hpp"
@@ -40,10 +39,10 @@ struct Commissioning : hal::Group {
     hal::In<bool> required{
         this, "commissioning", false,
         "Hold each function and stage until it has passed plumb commission; false: none is held."};
-    NumberedRow<hal::In<std::int32_t>> function_passed{
+    hal::Row<hal::In<std::int32_t>> function_passed{
         this, functions, "function-passed", 0,
         "Identity with which the function passed plumb commission; 0: not yet. plumb-retain keeps it."};
-    NumberedRow<hal::In<std::int32_t>> stage_passed{
+    hal::Row<hal::In<std::int32_t>> stage_passed{
         this, stages, "stage-passed", 0,
         "Identity with which the stage passed plumb commission; 0: not yet. plumb-retain keeps it."};
     hal::In<std::int32_t> trial_function{this, "trial-function", -1,
@@ -63,14 +62,14 @@ struct Commissioning : hal::Group {
         "Changes at least twice a second while somebody presses. If it stops, the machine goes off or the "
         "spindle turns, the trial is over: set both trial numbers to -1 before the next one."};
 
-    NumberedRow<hal::Out<std::int32_t>> function_identity{
+    hal::Row<hal::Out<std::int32_t>> function_identity{
         this, functions, "function-identity",
         "Identity of the function: its signals, stages, unit, and the signs of its settings; 0: not known."};
-    NumberedRow<hal::Out<std::int32_t>> stage_identity{
+    hal::Row<hal::Out<std::int32_t>> stage_identity{
         this, stages, "stage-identity",
         "Identity of the stage: its signals, joint, drive and unit; 0: not known."};
-    NumberedRow<hal::Out<std::uint32_t>> stage_permit{this, stages, "stage-permit",
-                                                      "What the stage may do: to its permit."};
+    hal::Row<hal::Out<std::uint32_t>> stage_permit{this, stages, "stage-permit",
+                                                   "What the stage may do: to its permit."};
     hal::Out<double> trial{this, "trial", "mu",
                            "Offset of the stage on trial: to the pin trial of each stage."};
 

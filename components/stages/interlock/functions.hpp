@@ -32,38 +32,38 @@ struct Functions : hal::Group {
     const std::int32_t all_stages_, first_services_;  // as sums
     const std::size_t number_;
 
-    template <class P>
-    using Row = NumberedRow<P>;
-    Row<hal::In<bool>> is_on{this, number_, "function-switch", false,
-                             "The operator has switched the function on."};
-    Row<hal::In<bool>> is_off{this, number_, "function-off", false,
-                              "Off, whatever function-switch says: for a screen, where a signal drives "
-                              "function-switch."};
-    Row<hal::In<bool>> suspend{this, number_, "function-suspend", false,
-                               "The part program suspends the function."};
-    Row<hal::In<std::int32_t>> needs{
+    hal::Row<hal::In<bool>> is_on{this, number_, "function-switch", false,
+                                  "The operator has switched the function on."};
+    hal::Row<hal::In<bool>> is_off{this, number_, "function-off", false,
+                                   "Off, whatever function-switch says: for a screen, where a signal drives "
+                                   "function-switch."};
+    hal::Row<hal::In<bool>> suspend{this, number_, "function-suspend", false,
+                                    "The part program suspends the function."};
+    hal::Row<hal::In<std::int32_t>> needs{
         this, number_, "function-services", first_services_,
         "Services that the function needs: the sum of 1 for service 0, 2 for service 1, 4 for service 2, ... "
         "128 for service 7."};
-    Row<hal::In<std::int32_t>> urgent{this, number_, "function-urgent", 0,
-                                      "Services whose loss turns the function off at once, as a sum; the "
-                                      "function must need them."};
-    Row<hal::In<std::int32_t>> its_stages{
+    hal::Row<hal::In<std::int32_t>> urgent{
+        this, number_, "function-urgent", 0,
+        "Services whose loss turns the function off at once, as a sum; the "
+        "function must need them."};
+    hal::Row<hal::In<std::int32_t>> its_stages{
         this, number_, "function-stages", all_stages_,
         "Stages that apply the offset of the function to an axis, as a sum like function-services."};
-    Row<hal::In<std::uint32_t>> state{this, number_, "function-state", 0U,
-                                      "What the function does: from its state."};
+    hal::Row<hal::In<std::uint32_t>> state{this, number_, "function-state", 0U,
+                                           "What the function does: from its state."};
 
-    Row<hal::Out<std::uint32_t>> permit{this, number_, "function-permit",
-                                        "What the function may do: to its permit."};
-    Row<hal::Out<bool>> enable{this, number_, "function-enable", "The permit enables the function."};
-    Row<hal::Out<bool>> lost{
+    hal::Row<hal::Out<std::uint32_t>> permit{this, number_, "function-permit",
+                                             "What the function may do: to its permit."};
+    hal::Row<hal::Out<bool>> enable{this, number_, "function-enable", "The permit enables the function."};
+    hal::Row<hal::Out<bool>> lost{
         this, number_, "function-lost",
         "A service was lost. The function is off, or goes off when it is no longer busy. When the service is "
         "ok again, turn the switch off and on, or start a cycle."};
-    Row<hal::Code<hal::Common>> status{this, number_, "function-status",
-                                       "Reason why the function does not act, which its permit gives it; 0: "
-                                       "none."};
+    hal::Row<hal::Code<hal::Common>> status{
+        this, number_, "function-status",
+        "Reason why the function does not act, which its permit gives it; 0: "
+        "none."};
 
     // Of one period.
     struct Now {

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
 namespace plumb {
@@ -61,17 +60,16 @@ struct Interlock final : hal::Component {
         this, "feed-services", 0, "Services whose loss holds the feed, as a sum like function-services."};
     hal::In<double> operation_key{this, "operation-key", 0, "1",
                                   "Key of the operation, which the program sets by M68."};
-    hal::Option<int> number_of_functions{
-        this, "functions", 1, "Number of functions, 0 to 16: the rows function-...-N.", {"16"}};
-    hal::Option<int> number_of_stages{
-        this, "stages", 1, "Number of stages, 0 to 17: the rows stage-...-N.", {"17"}};
-    hal::Option<int> number_of_services{this, "services", Services::most,
-                                        "Number of services, 0 to 8: the rows service-...-N."};
-    Services services{this, rows("services", number_of_services, Services::most)};
-    Functions functions{this, rows("functions", number_of_functions, Functions::most),
-                        rows("stages", number_of_stages, Stages::most),
-                        rows("services", number_of_services, Services::most)};
-    Stages stages{this, rows("stages", number_of_stages, Stages::most)};
+    hal::Count number_of_functions{
+        this, "functions", 1, 0, Functions::most, "Number of functions, 0 to 16: the rows function-...-N."};
+    hal::Count number_of_stages{this, "stages",     1,
+                                0,    Stages::most, "Number of stages, 0 to 17: the rows stage-...-N."};
+    hal::Count number_of_services{this,           "services",
+                                  Services::most, 0,
+                                  Services::most, "Number of services, 0 to 8: the rows service-...-N."};
+    Services services{this, number_of_services};
+    Functions functions{this, number_of_functions, number_of_stages, number_of_services};
+    Stages stages{this, number_of_stages};
     Commissioning commissioning{this, functions.number(), stages.number()};
     hal::In<double> uncompensated_delay{
         this, "uncompensated-delay", 2, "s",
@@ -216,13 +214,6 @@ private:
             return possible(uncompensated) && possible(probing_refused) && possible(feed_held);
         }
     };
-
-    static std::size_t rows(const char* option, int given, std::size_t most) {
-        if (given < 0 || given > static_cast<int>(most))
-            throw std::invalid_argument(std::string(option) + "=" + std::to_string(given) + ": give 0 to " +
-                                        std::to_string(most));
-        return static_cast<std::size_t>(given);
-    }
 
     struct State {
         bool probing, cuts, running, homed, loss, moving;

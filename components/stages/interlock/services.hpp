@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/stages/interlock/numbered_row.hpp"
 #include "hal/bus.hpp"
 #include "hal/clock_speed.hpp"
 #include "hal/component.hpp"
@@ -51,11 +50,9 @@ struct Services : hal::Group {
 
     const std::size_t number_;
 
-    template <class P>
-    using Row = NumberedRow<P>;
-    Row<hal::In<std::uint32_t>> state{this, number_, "service-state", 0U,
-                                      "What the program says: from its state."};
-    Row<hal::In<double>> timeout{
+    hal::Row<hal::In<std::uint32_t>> state{this, number_, "service-state", 0U,
+                                           "What the program says: from its state."};
+    hal::Row<hal::In<double>> timeout{
         this, number_, "service-timeout",
         0,    "s",     "Maximum time without a beat in the state, up to 3600; 0: the beat is not watched."};
     hal::In<double> clock_speed{this,
@@ -66,8 +63,8 @@ struct Services : hal::Group {
                                 "service follows the computer's clock.",
                                 hal::Range{slowest, fastest}};
 
-    Row<hal::Out<bool>> ok{this, number_, "service-ok", "The service runs and is ready."};
-    Row<hal::Out<bool>> lost{this, number_, "service-lost", "The beat has stopped."};
+    hal::Row<hal::Out<bool>> ok{this, number_, "service-ok", "The service runs and is ready."};
+    hal::Row<hal::Out<bool>> lost{this, number_, "service-lost", "The beat has stopped."};
     Losses told_losses{this, number_};
 
     // Once in each period.  False where clock-speed or a timeout is out of range; its last good value stays.

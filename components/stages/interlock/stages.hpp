@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/stages/interlock/numbered_row.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 
@@ -46,7 +45,7 @@ public:
     }
 
 private:
-    NumberedRow<hal::In<std::uint32_t>> state_;
+    hal::Row<hal::In<std::uint32_t>> state_;
     std::vector<hal::BusListener> heard_;
 };
 

@@ -1162,7 +1162,7 @@ TEST_F(CloseToCentre, UnequalDepthsCountInSigma) {
 TEST_F(CentreHeight, NoInputMakesNonsense) {
     const Lathe lathe;
     const Module module(build_folder() + "/modules/centre_height.so");
-    const hal::Declarations declared(module.model(), "interlock", "no");  // as in the fixture
+    const hal::Declarations declared(module.model(), {{"interlock", "no"}});  // as in the fixture
     for (const hal::PinInfo& pin : declared.pins)
         if (pin.output && pin.type == hal::Type::real)
             bench.expect("finite(x)", {{"x", "centre." + pin.name}});
