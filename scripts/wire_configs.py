@@ -64,6 +64,8 @@ def files(ini, beginning, names, kept):
         copy = os.path.join(temporary, "machine")
         shutil.copytree(folder, copy)
         machine = look(os.path.join(copy, os.path.basename(ini)), temporary)
+        for function in functions:
+            function.take_values(machine.ini)
         numbers = Numbers(functions, machine, {}, names)
         wiring = Wiring(functions, machine, "", numbers, commissioning=False)
         renamed = {name: other for name, other in {**wiring.names, **numbers.moved}.items() if name != other}

@@ -7,6 +7,7 @@
 #include "tests/support/rigid_machine.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -25,7 +26,7 @@ struct Square {
 
     // Homed and enabled; max-rate is 10 mu/s, so that a test need not wait.
     explicit Square(const std::string& options, const client::Start& start = {})
-        : bench(Bench::Thread::servo, start) {
+        : axes(linear_axes(options)), bench(Bench::Thread::servo, start) {
         bench.command("loadrt squareness names=square interlock=no " + options);
         bench.command("addf square.update servo-thread");
         set({{"all-homed", 1}, {"enable", 1}, {"max-correction", 5}, {"max-rate", 10}, {"max-speed", 1000}});
@@ -44,7 +45,7 @@ struct Square {
     }
     // As if it had been there always: waits for the rest of a ramp.
     void go(const Position& q) {
-        for (std::size_t i = 0; i < q.size(); ++i) set(axes[i] + "-position", q[i]);
+        for (std::size_t i = 0; i < axes.size(); ++i) set(axes[i] + "-position", q[i]);
         run(0.002);
         for (int n = 0; n < 100 && get("ramping"); ++n) run(0.05);
         EXPECT_FALSE(get("ramping"));
@@ -85,7 +86,18 @@ struct Square {
         bench.client().replay({folder.write("path.csv", text)});
     }
 
-    const std::vector<std::string> axes{"x", "y", "z", "w"};
+    // Of the chain in these options.
+    static std::vector<std::string> linear_axes(const std::string& options) {
+        const std::size_t begin = options.find("chain="), end = options.find(' ', begin);
+        const std::string chain = begin == std::string::npos ? "" : options.substr(begin, end - begin);
+        std::vector<std::string> result{"x", "y", "z"};
+        for (const char* letter : {"u", "v", "w"})
+            if (chain.find(static_cast<char>(std::toupper(*letter))) != std::string::npos)
+                result.emplace_back(letter);
+        return result;
+    }
+
+    const std::vector<std::string> axes;
     Folder folder;
     Bench bench;
 };

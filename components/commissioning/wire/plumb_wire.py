@@ -355,6 +355,9 @@ class Wire:
         if self.needs_halui and not ini.get("HAL", "HALUI"):
             ini.set("HAL", "HALUI", "halui")
         machine = trials.look(ini, joints, name)
+        written = os.path.join(self.output.folder, "plumb.inc")
+        for function in self.functions:
+            function.take_values(ini, *([IniFile(written)] if os.path.exists(written) else []))
         self.numbers = Numbers(self.functions, machine, self.given_numbers(), self.output.functions, self.reserved)
         return Wiring(self.functions, machine, self.folder, self.numbers)
 

@@ -17,7 +17,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 
 namespace plumb {
@@ -98,11 +97,21 @@ struct Squareness final : hal::Component {
     using Component::Component;
 
     hal::Option<std::string> chain{
-        this, "chain", "w-X-Y.b-Z-C-t",
-        "Axes that carry the work, before b, and axes that carry the tool, after b."};
+        this,
+        "chain",
+        "w-X-Y.b-Z-C-t",
+        "Axes that carry the work, before b, and axes that carry the tool, after b; each has its pins.",
+        {{"w-Y.b-U-X-Z-t", "U in chain"}, {"w-X.b-V-Y-Z-t", "V in chain"}, {"w-X.b-W-Y-Z-t", "W in chain"}}};
     hal::Option<std::string> rotary{
-        this, "rotary", "",
-        "Axes of the chain that are positioned, as AC; a C that is not named is a spindle."};
+        this,
+        "rotary",
+        "",
+        "Axes of the chain that are positioned, as AC; a C that is not named is a spindle, without pins.",
+        {{"A chain=w-A-X-Y.b-Z-t", "A in rotary"},
+         {"B chain=w-B-X-Y.b-Z-t", "B in rotary"},
+         {"C chain=w-C-X-Y.b-Z-t", "C in rotary"}}};
+    const AxisChain axes = AxisChainReader::read(chain, rotary);
+    const std::string letters = axes.linear_letters();  // by coordinate()
     hal::Option<std::string> table{
         this, "table", "",
         "CSV files of error tables: absolute paths, separated by colons; none for no table."};
@@ -111,7 +120,7 @@ struct Squareness final : hal::Component {
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
     hal::Permission permission{this, interlock, "Apply the correction; false: it returns to 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
-    SquarenessSettings settings{this};
+    SquarenessSettings settings{this, axes};
     hal::Axes<hal::In<double>, 3> tool_offset{this, "%-tool-offset", 0, "mu",
                                               "Offset of the tool in force, in %."};
     CompensatedTip compensated{this};
@@ -121,14 +130,15 @@ struct Squareness final : hal::Component {
     hal::In<std::int32_t> motion_type{this, "motion-type", 0, "Kind of motion: motion.motion-type."};
     hal::In<double> path_velocity{this, "path-velocity", 0, "mu/s",
                                   "Speed along the path: motion.current-vel."};
-    Reversal reversal{this};
+    Reversal reversal{this, letters};
     hal::In<bool> reload{this, "reload", false, "A rising edge reads the tables again."};
 
-    hal::Axes<hal::Out<double>, 6> correction{this, "%-correction", "mu", "Correction of %, for its stage."};
-    hal::Axes<hal::Out<double>, 6> corrected_position{this, "%-corrected-position", "mu",
-                                                      "Commanded position of % with its correction."};
-    hal::Axes<hal::Out<double>, 6> corrected_velocity{this, "%-corrected-velocity", "mu/s",
-                                                      "Commanded velocity of % with its correction."};
+    hal::Axes<hal::Out<double>> correction{this, letters, "%-correction", "mu",
+                                           "Correction of %, for its stage."};
+    hal::Axes<hal::Out<double>> corrected_position{this, letters, "%-corrected-position", "mu",
+                                                   "Commanded position of % with its correction."};
+    hal::Axes<hal::Out<double>> corrected_velocity{this, letters, "%-corrected-velocity", "mu/s",
+                                                   "Commanded velocity of % with its correction."};
     hal::Axes<hal::Out<double>, 3> error{this, "%-error", "mu",
                                          "Error of the tip here without correction, in %."};
     hal::Out<bool> ramping{this, "ramping", "The correction is still ramping to its target."};
@@ -144,9 +154,7 @@ struct Squareness final : hal::Component {
     hal::Out<std::int32_t> tables{this, "tables", "Number of axes with a table."};
     hal::Out<std::int32_t> serial{this, "serial", "Number of successful reloads of the tables."};
 
-    hal::Offset moves[6]{{this, moving(correction[0])}, {this, moving(correction[1])},
-                         {this, moving(correction[2])}, {this, moving(correction[3])},
-                         {this, moving(correction[4])}, {this, moving(correction[5])}};
+    hal::Offset moves{this, correction, [this](const auto& its) { return moving(its); }};
 
     hal::Effects applies{this, hal::Effect::applies, all_homed};
     hal::Effects at_once{this, hal::Effect::at_once, tool_offset, compensated.on_contour, reload};
@@ -154,12 +162,8 @@ struct Squareness final : hal::Component {
     hal::Function run{this, "update", &Squareness::update, hal::Place::source};
 
     void prepare() override {
-        axes_ = AxisChainReader::read(chain, rotary);
-        tables_.load(table, axes_);
+        tables_.load(table, axes);
         for (const std::string& fact : tables_.take_facts()) hal::report(fact.c_str());
-        parallel_ = axes_.parallel_axis();
-        model_ = SquarenessModel(axes_, unit.millimetres());
-        settings.prepare(axes_);
         model_.set(settings.values(), reader_.tool(), false);
     }
 
@@ -173,33 +177,30 @@ struct Squareness final : hal::Component {
 
     void update(double dt) noexcept {
         permission.step();
-        const bool jumped = reader_.read_motion(settings, axes_, dt * (1 + play));
+        const bool jumped = reader_.read_motion(settings, dt * (1 + play));
         reader_.read_tool(tool_offset);
         const bool by_program = coordinated;
         compensated.step(model_.velocity(reader_.motion()), by_program);
-        const bool left_out = reversal.watch_compensation(axes_, tables_.in_use());
+        const bool left_out = reversal.watch_compensation(tables_.in_use());
         const bool edited = settings.judge() || left_out;
         const bool reloaded = take_over_tables();
         reversal.move(settings.values(), reloaded || left_out, dt);
         const bool homed = all_homed, enabled = permission.enabled(), was_active = model_.active();
         follow(edited, enabled && homed && settings.complete(), jumped, reloaded, dt);
 
-        for (int i = 0; i < 3; ++i) {
-            correction[i] = ramps_.xyz.offset()[i];
-            corrected_position[i] = reader_.motion().position[i] + ramps_.xyz.offset()[i];
-            corrected_velocity[i] = reader_.motion().velocity[i] + ramps_.xyz.velocity()[i];
-            error[i] = homed ? result_.error[i] : 0;
+        const SquarenessModel::Motion& motion = reader_.motion();
+        AxisPosition offset, velocity;
+        offset << ramps_.xyz.offset(), ramps_.parallel.offset();
+        velocity << ramps_.xyz.velocity(), ramps_.parallel.velocity();
+        for (std::size_t i = 0; i < letters.size(); ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            correction[i] = offset[k];
+            corrected_position[i] = motion.position[k] + offset[k];
+            corrected_velocity[i] = motion.velocity[k] + velocity[k];
         }
-        if (parallel_) {
-            const auto i = static_cast<std::size_t>(*parallel_);
-            correction[i] = ramps_.parallel.offset()[0];
-            corrected_position[i] = reader_.motion().position[3] + ramps_.parallel.offset()[0];
-            corrected_velocity[i] = reader_.motion().velocity[3] + ramps_.parallel.velocity()[0];
-        }
-        AxisPosition wanted = reader_.motion().position - result_.reversal;
-        wanted.head<3>() += ramps_.xyz.offset();
-        wanted[3] += ramps_.parallel.offset()[0];
-        reversal.watch(axes_, wanted, jumped, settings.values().reversal_distance, result_);
+        for (int i = 0; i < 3; ++i) error[i] = homed ? result_.error[i] : 0;
+        reversal.watch(motion.position - result_.reversal + offset, jumped,
+                       settings.values().reversal_distance, result_);
         ramping = ramps_.ramping();
         report(jumped && was_active);
         settle(by_program, dt);
@@ -301,10 +302,8 @@ private:
         status = status_of(seen);
     }
 
-    AxisChain axes_;
-    std::optional<Axis> parallel_;  // U, V or W
     ErrorTables tables_;
-    SquarenessModel model_{AxisChain{}, 1};
+    SquarenessModel model_{axes, unit.millimetres()};
     MotionReader reader_;
     Eigen::Vector3d mounted_ = Eigen::Vector3d::Zero();  // mu, the tool with the radial offset
     SquarenessModel::Result result_;

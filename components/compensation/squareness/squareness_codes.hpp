@@ -14,8 +14,7 @@ enum class Fault : std::int32_t {
     tool,
     value,
     limit,
-    axis,
-    datum,
+    datum = 6,
     direction,
     tables,
     steep,
@@ -39,10 +38,6 @@ constexpr const char* sentence(Fault fault) {
                    "setting of reversals; the manual page has the ranges; the last good set of settings "
                    "stays in "
                    "force.";
-        case Fault::axis:
-            return "An angle, a pivot or parallel-axis-corrects is set for an axis that the chain does not "
-                   "have; "
-                   "the last good set of settings stays in force.";
         case Fault::datum:
             return "The setting to-bed is true, and no axis of the chain is carried by a parallel axis; the "
                    "last good set of settings stays in force.";

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace plumb {
 
@@ -31,27 +32,21 @@ public:
     bool tool_known() const noexcept { return tool_known_; }
 
     // Returns whether a position has changed faster than its axis can move within `time`.
-    bool read_motion(const SquarenessSettings& settings, const AxisChain& chain, double time) noexcept {
+    bool read_motion(const SquarenessSettings& settings, double time) noexcept {
         const double way = settings.values().max_speed * time,
                      turn = settings.values().max_rotary_speed * time;
         bool jumped = false;
         motion_known_ = true;
-        for (const AxisBranch* branch : {&chain.work, &chain.tool}) {
-            for (const Axis axis : *branch) {
-                const SquarenessAxis& pins = settings.axes[static_cast<std::size_t>(axis)];
-                const double p = pins.position, v = pins.velocity;
-                double& position = motion_.position[coordinate(axis)];
-                double& velocity = motion_.velocity[coordinate(axis)];
-                const double last = position;
-                const bool known = std::abs(p) <= SquarenessRanges::places.most &&
-                                   std::abs(v) <= SquarenessRanges::places.most;
-                motion_known_ &= known;
-                position = usable(p, SquarenessRanges::places.most, position);
-                velocity = known ? v : 0;
-                jumped |= std::abs(position - last) > way;
-            }
-            for (const Axis axis : branch->members)
-                if (rotary(axis)) jumped |= read_rotary(settings, direction(axis), turn);
+        for (std::size_t i = 0; i < settings.axes.size(); ++i) {
+            const SquarenessAxis& pins = settings.axes[i];
+            jumped |= take(pins.position, pins.velocity, motion_.position[static_cast<int>(i)],
+                           motion_.velocity[static_cast<int>(i)], way);
+        }
+        for (const SquarenessRotary& pins : settings.rotaries) {
+            const auto k = static_cast<std::size_t>(pins.axis);
+            const double sign = settings.values().rotaries[k].reversed ? -1 : 1;
+            jumped |= take(sign * pins.position, sign * pins.velocity, motion_.angles[pins.axis],
+                           motion_.rates[pins.axis], turn);
         }
         return jumped;
     }
@@ -67,16 +62,15 @@ public:
     }
 
 private:
-    bool read_rotary(const SquarenessSettings& settings, int r, double turn) noexcept {
-        const SquarenessRotary& pins = settings.rotaries[r];
-        const double sign = settings.values().rotaries[static_cast<std::size_t>(r)].reversed ? -1 : 1;
-        const double angle = sign * pins.position, rate = sign * pins.velocity, last = motion_.angles[r];
-        const bool known = std::abs(angle) <= SquarenessRanges::places.most &&
+    // Returns whether the position has changed by more than `most`.
+    bool take(double given, double rate, double& position, double& velocity, double most) noexcept {
+        const double last = position;
+        const bool known = std::abs(given) <= SquarenessRanges::places.most &&
                            std::abs(rate) <= SquarenessRanges::places.most;
         motion_known_ &= known;
-        motion_.angles[r] = usable(angle, SquarenessRanges::places.most, last);
-        motion_.rates[r] = known ? rate : 0;
-        return std::abs(motion_.angles[r] - last) > turn;
+        position = usable(given, SquarenessRanges::places.most, last);
+        velocity = known ? rate : 0;
+        return std::abs(position - last) > most;
     }
 
     SquarenessModel::Motion motion_;
@@ -86,15 +80,20 @@ private:
 
 // The direction d in which each axis moved last, on its way from one end to the other where the axis turns.
 struct Reversal final : hal::Group {
-    using Group::Group;
+    Reversal(hal::Owner owner, const std::string& linear_axes) : Group(owner), axes_(linear_axes) {}
 
+private:
+    const std::string axes_;  // letters, by coordinate()
+
+public:
     hal::In<bool> motion_enabled{
         this, "motion-enabled", true,
         "The drives are on: motion.motion-enabled. While off, an axis may be pushed."};
-    hal::Axes<hal::In<double>, 6> compensated{this, "%-backlash-corr", 0, "mu",
-                                              "Compensation of % by LinuxCNC itself: joint.N.backlash-corr."};
-    hal::Axes<hal::Out<double>, 6> direction{
-        this, "%-direction", "1",
+    hal::Axes<hal::In<double>> compensated{
+        this, axes_, "%-backlash-corr",
+        0,    "mu",  "Compensation of % by LinuxCNC itself: joint.N.backlash-corr."};
+    hal::Axes<hal::Out<double>> direction{
+        this, axes_, "%-direction", "1",
         "Direction in which % moved last: 1 to the + end, -1 to the - end, 0 unknown."};
     hal::Out<bool> doubtful{
         this, "direction-doubtful",
@@ -124,15 +123,12 @@ struct Reversal final : hal::Group {
     const SquarenessModel::Directions& now() const noexcept { return now_; }
 
     // Whether LinuxCNC compensates an axis whose scale has a table; it counts from then on.
-    bool watch_compensation(const AxisChain& chain, const ErrorTables::Set& tables) noexcept {
+    bool watch_compensation(const ErrorTables::Set& tables) noexcept {
         bool changed = false;
-        for (const AxisBranch* branch : {&chain.work, &chain.tool}) {
-            for (const Axis axis : *branch) {
-                const auto k = static_cast<std::size_t>(coordinate(axis));
-                const double by_linuxcnc = compensated[static_cast<std::size_t>(axis)];
-                if (by_linuxcnc == 0 || !tables[k] || !tables[k]->scale_measured() || twice_[k]) continue;
-                twice_[k] = changed = true;
-            }
+        for (std::size_t k = 0; k < axes_.size(); ++k) {
+            const double by_linuxcnc = compensated[k];
+            if (by_linuxcnc == 0 || !tables[k] || !tables[k]->scale_measured() || twice_[k]) continue;
+            twice_[k] = changed = true;
         }
         any_twice_ |= changed;
         return changed;
@@ -141,30 +137,27 @@ struct Reversal final : hal::Group {
     bool any_twice() const noexcept { return any_twice_; }
 
     // Each period, last: the position that the mean tables want.
-    void watch(const AxisChain& chain, const AxisPosition& wanted, bool jumped, double distance,
+    void watch(const AxisPosition& wanted, bool jumped, double distance,
                const SquarenessModel::Result& result) noexcept {
         const bool on = motion_enabled;
         const Eigen::Matrix4d shares = result.by_direction.cwiseAbs();
         const Eigen::Vector4d sums = shares.rowwise().sum();
         bool any = false;
-        for (const AxisBranch* branch : {&chain.work, &chain.tool}) {
-            for (const Axis axis : *branch) {
-                const Eigen::Index i = coordinate(axis);
-                const auto k = static_cast<std::size_t>(i);
-                if (jumped) {
-                    watches_[k].shift(wanted[i] - wanted_[i]);
-                    turned_on_at_[i] += wanted[i] - wanted_[i];
-                }
-                watches_[k].step(wanted[i], distance);
-                const double most = shares.col(i).maxCoeff();
-                share_[i] = least_share;
-                for (Eigen::Index j = 0; j < 4; ++j)
-                    if (shares(j, i) > 0) share_[i] = std::max(share_[i], sums[j]);
-                if (on && !was_on_) turned_on_at_[i] = wanted[i], pushed_[k] = true;
-                if (std::abs(wanted[i] - turned_on_at_[i]) > 2 * most + distance) pushed_[k] = false;
-                any |= most > 0 && (pushed_[k] || watches_[k].direction() == 0);
-                direction[static_cast<std::size_t>(axis)] = now_.values[i];
+        for (std::size_t k = 0; k < axes_.size(); ++k) {
+            const auto i = static_cast<Eigen::Index>(k);
+            if (jumped) {
+                watches_[k].shift(wanted[i] - wanted_[i]);
+                turned_on_at_[i] += wanted[i] - wanted_[i];
             }
+            watches_[k].step(wanted[i], distance);
+            const double most = shares.col(i).maxCoeff();
+            share_[i] = least_share;
+            for (Eigen::Index j = 0; j < 4; ++j)
+                if (shares(j, i) > 0) share_[i] = std::max(share_[i], sums[j]);
+            if (on && !was_on_) turned_on_at_[i] = wanted[i], pushed_[k] = true;
+            if (std::abs(wanted[i] - turned_on_at_[i]) > 2 * most + distance) pushed_[k] = false;
+            any |= most > 0 && (pushed_[k] || watches_[k].direction() == 0);
+            direction[k] = now_.values[i];
         }
         doubtful = doubtful_ = any;
         wanted_ = wanted;

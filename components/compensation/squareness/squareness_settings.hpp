@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -108,7 +109,6 @@ struct SquarenessAxis final : hal::Group {
             return std::tie(pivot, angles, tool_follows) ==
                    std::tie(other.pivot, other.angles, other.tool_follows);
         }
-        bool names_nothing() const noexcept { return pivot == 0 && angles.isZero(0); }
 
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
@@ -134,9 +134,10 @@ private:
 
 // The pins of a rotary axis: its motion, its place on the machine, and the errors of that place.
 struct SquarenessRotary final : hal::Group {
-    using Group::Group;
+    SquarenessRotary(hal::Owner owner) : Group(owner), axis(owner.axis() - 'a') {}
     using Ranges = SquarenessRanges;
 
+    const int axis;  // 0 of A
     hal::In<double> position{this, "%-position", 0, "deg",
                              "Commanded position of %, if the option rotary names it."};
     hal::In<double> velocity{this, "%-velocity", 0, "deg/s", "Commanded velocity of %."};
@@ -177,7 +178,6 @@ struct SquarenessRotary final : hal::Group {
             return std::tie(reversed, point, error, angles) ==
                    std::tie(other.reversed, other.point, other.error, other.angles);
         }
-        bool names_nothing() const noexcept { return point.isZero(0) && error.isZero(0) && angles.isZero(0); }
 
         Settings usable(const Settings& last, bool& bad) const noexcept {
             Settings now = *this;
@@ -194,24 +194,46 @@ struct SquarenessRotary final : hal::Group {
     Settings read() const noexcept { return {reversed, {x, y, z}, misplacement.read(), tilts.read()}; }
 };
 
-// The squareness settings of integrator and operator, and the set in force: the last one that did not
-// contradict itself.
-struct SquarenessSettings final : hal::Group {
+// The settings of a chain with U, V or W.
+struct ParallelSettings final : hal::Group {
     using Group::Group;
 
-    hal::Axes<SquarenessAxis, 6> axes{this};
-    SquarenessRotary rotaries[3]{{hal::Owner(this, 'a')}, {hal::Owner(this, 'b')}, {hal::Owner(this, 'c')}};
-    hal::In<bool> axis_direction{
-        this, "axis-direction", false,
-        "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries.",
-        hal::machine()};
     hal::In<bool> to_bed{this, "to-bed", false,
                          "The tilt of an axis on a parallel axis was measured against the bed; false: "
                          "against the parallel axis.",
                          hal::machine()};
-    hal::In<bool> parallel_axis_corrects{
+    hal::In<bool> corrects{
         this, "parallel-axis-corrects", false,
         "U, V or W corrects its own travel; false: it stays, and X, Y and Z correct for it.", hal::machine()};
+    hal::Turning turning{this, to_bed, corrects};
+    hal::Effects at_once{this, hal::Effect::at_once, to_bed, corrects};
+};
+
+// The squareness settings of integrator and operator, and the set in force: the last one that did not
+// contradict itself. An axis that the chain does not have has no pins.
+struct SquarenessSettings final : hal::Group {
+    SquarenessSettings(hal::Owner owner, const AxisChain& chain) : Group(owner), chain_(chain) {
+        if (chain.parallel_axis()) parallel.emplace(this);
+        if (chain.rotary())
+            max_rotary_speed.emplace(this, "max-rotary-speed", 3600, "deg/s", "Maximum speed of A, B and C.",
+                                     hal::machine(rotary_speeds));
+        read();
+        values_ = given_;  // the defaults, until there is a good set
+        judge(given_);
+    }
+
+private:
+    const AxisChain chain_;
+
+public:
+    hal::Axes<SquarenessAxis> axes{this, chain_.linear_letters()};  // by coordinate()
+    hal::Axes<SquarenessRotary> rotaries{this, chain_.rotary_letters()};
+    std::optional<ParallelSettings> parallel;
+    std::optional<hal::In<double>> max_rotary_speed;
+    hal::In<bool> axis_direction{
+        this, "axis-direction", false,
+        "A tilt turns only parallel axes and the tool; false: it turns all that the axis carries.",
+        hal::machine()};
     hal::In<double> radial_offset{this,
                                   "radial-offset",
                                   0,
@@ -227,8 +249,7 @@ struct SquarenessSettings final : hal::Group {
                                      hal::machine(directions)};
     hal::In<bool> radial_is_diameter{this, "radial-is-diameter", false,
                                      "The radial offset is given as a diameter.", hal::machine()};
-    hal::Turning turning{this,          axis_direction,    to_bed, parallel_axis_corrects,
-                         radial_offset, radial_is_diameter};
+    hal::Turning turning{this, axis_direction, radial_offset, radial_is_diameter};
     hal::Axes<hal::In<double>, 3> reference_tool_offset{
         this,
         "%-reference-tool-offset",
@@ -245,8 +266,6 @@ struct SquarenessSettings final : hal::Group {
                               "mu/s",
                               "Maximum speed of the axes, [TRAJ]MAX_LINEAR_VELOCITY; 0 is not set.",
                               hal::must(speeds)};
-    hal::In<double> max_rotary_speed{
-        this, "max-rotary-speed", 3600, "deg/s", "Maximum speed of A, B and C.", hal::machine(rotary_speeds)};
     hal::In<double> max_angle{
         this, "max-angle", 0.002, "rad", "Maximum tilt, in either direction.", hal::expert(tilts)};
     hal::In<double> max_correction{this,
@@ -291,8 +310,6 @@ struct SquarenessSettings final : hal::Group {
     hal::Effects at_once{this,
                          hal::Effect::at_once,
                          axis_direction,
-                         to_bed,
-                         parallel_axis_corrects,
                          radial_offset,
                          radial_direction,
                          radial_is_diameter,
@@ -301,7 +318,7 @@ struct SquarenessSettings final : hal::Group {
                          max_correction};
 
     struct Values {
-        std::array<SquarenessAxis::Settings, 6> axes;
+        std::array<SquarenessAxis::Settings, 4> axes;  // by coordinate()
         std::array<SquarenessRotary::Settings, 3> rotaries;
         bool axis_direction = false, to_bed = false, parallel_axis_corrects = false,
              radial_is_diameter = false;
@@ -311,19 +328,19 @@ struct SquarenessSettings final : hal::Group {
         double max_rotary_speed = 0, reversal_distance = 0, reversal_rate = 0, reversal_acceleration = 0;
 
         const SquarenessAxis::Settings& of(Axis axis) const noexcept {
-            return axes[static_cast<std::size_t>(axis)];
+            return axes[static_cast<std::size_t>(coordinate(axis))];
         }
-        Eigen::Vector3d angles(Axis axis) const noexcept {
-            return of(axis).angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
+        // Within max-angle.
+        Eigen::Vector3d bounded_angles(const Eigen::Vector3d& angles) const noexcept {
+            return angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); });
         }
+        Eigen::Vector3d angles(Axis axis) const noexcept { return bounded_angles(of(axis).angles); }
         const SquarenessRotary::Settings& of_rotary(Axis axis) const noexcept {
             return rotaries[static_cast<std::size_t>(plumb::direction(axis))];
         }
-        // Of a rotary axis, its tilt within max-angle.
         RotaryPlace place(Axis axis) const noexcept {
             const SquarenessRotary::Settings& its = of_rotary(axis);
-            return {its.point, its.error,
-                    its.angles.unaryExpr([this](double angle) { return bounded(angle, max_angle); })};
+            return {its.point, its.error, bounded_angles(its.angles)};
         }
         TiltReading reading() const noexcept {
             return axis_direction ? TiltReading::axis_direction : TiltReading::component;
@@ -333,19 +350,13 @@ struct SquarenessSettings final : hal::Group {
         bool directed() const noexcept { return directions.contains(radial_direction); }
     };
 
-    void prepare(const AxisChain& chain) noexcept {
-        chain_ = chain;
-        read();
-        values_ = given_;  // the defaults, until there is a good set
-        judge(given_);
-    }
-
     // Reads the settings, and puts them in force unless they contradict themselves. Returns false if
     // nothing has changed.
     bool judge() noexcept {
         const bool changed = read();
         if (changed) judge(given_);
-        for (const Axis axis : all_axes) axes[static_cast<std::size_t>(axis)].show(values_.angles(axis));
+        for (std::size_t i = 0; i < axes.size(); ++i)
+            axes[i].show(values_.bounded_angles(values_.axes[i].angles));
         return changed;
     }
 
@@ -357,9 +368,6 @@ struct SquarenessSettings final : hal::Group {
     bool limited() const noexcept { return limited_; }  // an angle is beyond max-angle
 
 private:
-    static constexpr Axis all_axes[] = {Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W};
-    static constexpr Axis rotary_axes[] = {Axis::A, Axis::B, Axis::C};
-
     // Returns whether a setting has changed.
     bool read() noexcept {
         bool changed = false;
@@ -368,13 +376,12 @@ private:
             changed |= !(given == now);
             given = now;
         };
-        for (std::size_t i = 0; i < given_.axes.size(); ++i) take(given_.axes[i], axes[i].read());
-        next_rotary_ = (next_rotary_ + 1) % given_.rotaries.size();
-        for (std::size_t i = 0; i < given_.rotaries.size(); ++i)
-            if (i == next_rotary_ || chain_.has(rotary_axes[i])) take(given_.rotaries[i], rotaries[i].read());
+        for (std::size_t i = 0; i < axes.size(); ++i) take(given_.axes[i], axes[i].read());
+        for (const SquarenessRotary& its : rotaries)
+            take(given_.rotaries[static_cast<std::size_t>(its.axis)], its.read());
         take(given_.axis_direction, axis_direction);
-        take(given_.to_bed, to_bed);
-        take(given_.parallel_axis_corrects, parallel_axis_corrects);
+        if (parallel) take(given_.to_bed, parallel->to_bed);
+        if (parallel) take(given_.parallel_axis_corrects, parallel->corrects);
         take(given_.radial_is_diameter, radial_is_diameter);
         take(given_.radial_offset, radial_offset);
         take(given_.radial_direction, radial_direction);
@@ -383,7 +390,7 @@ private:
         take(given_.max_correction, max_correction);
         take(given_.max_rate, max_rate);
         take(given_.max_speed, max_speed);
-        take(given_.max_rotary_speed, max_rotary_speed);
+        if (max_rotary_speed) take(given_.max_rotary_speed, *max_rotary_speed);
         take(given_.settling_time, settling_time);
         take(given_.reversal_distance, reversal_distance);
         take(given_.reversal_rate, reversal_rate);
@@ -404,15 +411,14 @@ private:
             radial_ = values_.radius() * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
         }
         limited_ = any_tilt_ = false;
-        for (const Axis axis : all_axes) {
-            limited_ |= values_.angles(axis) != values_.of(axis).angles;
-            any_tilt_ |= !values_.of(axis).angles.isZero(0);
-        }
-        for (const Axis axis : rotary_axes) {
-            if (!chain_.has(axis)) continue;
-            const SquarenessRotary::Settings& its = values_.of_rotary(axis);
-            limited_ |= values_.place(axis).angles != its.angles;
-            any_tilt_ |= !its.angles.isZero(0) || !its.error.isZero(0);
+        const auto weigh = [this](const Eigen::Vector3d& angles) {
+            limited_ |= values_.bounded_angles(angles) != angles;
+            any_tilt_ |= !angles.isZero(0);
+        };
+        for (const SquarenessAxis::Settings& its : values_.axes) weigh(its.angles);
+        for (const SquarenessRotary::Settings& its : values_.rotaries) {
+            weigh(its.angles);
+            any_tilt_ |= !its.error.isZero(0);
         }
     }
 
@@ -440,22 +446,15 @@ private:
               max_rate.accepts(usable.max_rate) && max_speed.accepts(usable.max_speed) &&
               settling_time.accepts(usable.settling_time) &&
               reversal_distance.accepts(usable.reversal_distance) &&
-              max_rotary_speed.accepts(usable.max_rotary_speed) &&
+              (!max_rotary_speed || max_rotary_speed->accepts(usable.max_rotary_speed)) &&
               reversal_rate.accepts(usable.reversal_rate) &&
               reversal_acceleration.accepts(usable.reversal_acceleration)))
             return Fault::limit;
-        for (const Axis axis : all_axes)
-            if (!chain_.has(axis) && !usable.of(axis).names_nothing()) return Fault::axis;
-        for (const Axis axis : rotary_axes)
-            if (!chain_.has(axis) && !usable.of_rotary(axis).names_nothing()) return Fault::axis;
-        if (usable.parallel_axis_corrects && !chain_.parallel_axis()) return Fault::axis;
         if (usable.to_bed && !chain_.stacked()) return Fault::datum;
         if (usable.radius() != 0 && !usable.directed()) return Fault::direction;
         return Fault::none;
     }
 
-    AxisChain chain_;
-    std::size_t next_rotary_ = 0;                       // of those that the chain does not have, to be read
     Values given_;                                      // the last time
     Values values_;                                     // the last good set
     Eigen::Vector3d radial_ = Eigen::Vector3d::Zero();  // of values_

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -90,8 +91,21 @@ struct AxisChain {
         return {};
     }
     bool rotary() const noexcept { return has(Axis::A) || has(Axis::B) || has(Axis::C); }
+    // The letters of the linear axes by coordinate(), as "xyzw", and those of the rotary ones, as "ac".
+    std::string linear_letters() const {
+        return letters({Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W});
+    }
+    std::string rotary_letters() const { return letters({Axis::A, Axis::B, Axis::C}); }
     // On either side.
     bool stacked() const noexcept { return work.stacked() || tool.stacked(); }
+
+private:
+    std::string letters(std::initializer_list<Axis> axes) const {
+        std::string result;
+        for (const Axis axis : axes)
+            if (has(axis)) result += static_cast<char>(letter(axis) - 'A' + 'a');
+        return result;
+    }
 };
 
 // Reads the notation of ISO 10791 without primes: from the work over the bed to the tool, as in

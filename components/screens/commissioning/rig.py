@@ -246,7 +246,6 @@ class Rig:
     def missing_nets(self, function):
         """Pins of a function and of its stages that lack a signal, or the other end of it."""
         missing = [] if self._writer(self.machine.pins[self.lock.full("spindle-speed")]) else [self.lock.full("spindle-speed")]
-        rotary = self.ini.get(function.module.upper(), "ROTARY", "")
         its = importlib.import_module("commissioning.functions." + function.module)
         unused = its.unused(self, function.instance) if hasattr(its, "unused") else ()
         if hasattr(its, "needs"):
@@ -254,7 +253,7 @@ class Rig:
         for short, letter, _signal, is_read in self._lines_of(function):
             name = function.instance.full(short)
             pin = self.machine.pins.get(name)
-            if pin is None or short in unused or (letter and letter.upper() not in [*self.axes, *rotary]):
+            if pin is None or short in unused or (letter not in ("", *"abc") and letter.upper() not in self.axes):
                 continue
             if not (self._readers(pin) or not is_read if pin.output else self._writer(pin)):
                 missing.append(name)
@@ -296,6 +295,18 @@ class Rig:
             is_read = "state" in own or any("." in word and not word.startswith(name + ".") for word in words[2:])
             for short in own:
                 yield short, found[1] if found else "", words[1], is_read
+                for other, letter in self._repetitions(function, short):
+                    yield other, letter, words[1], is_read
+
+    def _repetitions(self, function, short):
+        """Pins of more axes and rows than the HAL file of the function has, as plumb wire repeats its lines for Z and 0; with the letter
+        of an axis."""
+        for other in function.instance.pins:
+            if function.instance.declared.pin(other).get("only_with"):
+                if short.startswith("z-") and other[1:] == short[1:]:
+                    yield other, other[0]
+                elif short.endswith("-0") and re.sub(r"-\d+$", "-0", other) == short:
+                    yield other, ""
 
     def _commanded(self, function):
         """A commanded position where the HAL file of the function nets a measured one."""

@@ -102,7 +102,8 @@ def _turns_on(instance, values, changes):
 
 def _outputs(instance, at_next_cycle=None):
     """Outputs that move an axis, with their declarations: the netted ones, or all where none is."""
-    its = {short: each for short, each in instance.declared.moves.items() if at_next_cycle is None or bool(each.get("at_next_cycle")) == at_next_cycle}
+    its = {short: each for short, each in instance.declared.moves.items()
+           if short in instance.pins and (at_next_cycle is None or bool(each.get("at_next_cycle")) == at_next_cycle)}
     netted = {short: each for short, each in its.items() if instance.pins[short].signal}
     return netted or its
 

@@ -2,6 +2,7 @@
 """squareness: what is corrected now, and the way from a leaning machine to a square one."""
 
 import os
+import re
 
 from panel import chains, squareness_program as program, squareness_state, status
 from panel.entry_form import EntryForm
@@ -124,7 +125,9 @@ class ChainStep(Step):
     heading = "1. Which axis carries what?"  # for gettext: _("1. Which axis carries what?")
 
     def content(self):
-        known = list(program.CHAINS)
+        # A chain with other axes has other pins, and needs other nets.
+        parallel = re.findall("[UVW]", self.work.chain)
+        known = [(chain, name) for chain, name in program.CHAINS if re.findall("[UVW]", chain) == parallel]
         if self.work.chain not in [chain for chain, _name in known]:
             known.insert(0, (self.work.chain, "This machine"))  # for gettext: _("This machine")
         choices = []
@@ -136,7 +139,8 @@ class ChainStep(Step):
             if chain == self.work.former_chain:
                 style(its, "chosen")
             choices.append(its)
-        return [label(_("Touch the picture of your machine. The axes next to the bed stand lowest.")), flow(*choices)]
+        return [label(_("Touch the picture of your machine. The axes next to the bed stand lowest.")), flow(*choices),
+                label(_("For a chain with another axis, such as W, change [SQUARENESS]CHAIN in the INI file, and wire again."), "soft")]
 
     def _choose(self, chain):
         if self.work.begin(chain):

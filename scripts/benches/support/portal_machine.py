@@ -17,6 +17,7 @@ from support.simulations import ROOT
 CONFIG = os.path.join(ROOT, "configs", "portal", "bench.hal")
 
 CHAINS = {"column": "w-Z.b-X-Y-C-t", "portal": "w-X.b-W-Y-Z-C-t"}
+LOADED = {**CHAINS, "column": "w-W-Z.b-X-Y-C-t"}  # the configuration nets W, which stands at 0 on the column
 LEANING = {"column": ("ea0y", "ec0y"), "portal": ("ea0w", "eb0w", "ea0z", "eb0z")}  # set by the operator
 RUNS = ("without", "with tilts", "with tables")
 CAUSES = ("straightness", "pitch and yaw", "ram sag", "drift")  # errors that no tilt describes
@@ -83,7 +84,7 @@ def new_host(kind, table=None):
     """A host that loads squareness with the chain of this kind of machine, and with a file of error tables."""
     import plumb
 
-    options = {"squareness.chain": CHAINS[kind]}
+    options = {"squareness.chain": LOADED[kind]}
     if table:
         options["squareness.table"] = table
     return plumb.Host(options=options)

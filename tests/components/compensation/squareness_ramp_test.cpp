@@ -132,7 +132,7 @@ struct Contradiction {
 };
 
 TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
-    Square square(column_chain);
+    Square square("chain=w-W-X.b-Y-Z-C-t");  // no axis is on W, which carries the work
     square.set({{"ea0y", 100 * urad}, {"ec0y", 50 * urad}, {"z-tool-offset", 200}});
     square.go({100, 400, -50, 0});
     square.never_faster_than(10);
@@ -141,16 +141,13 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
          {Contradiction{{{"max-angle", 0}}, 4}, Contradiction{{{"max-angle", 0.2}}, 4},
           Contradiction{{{"max-correction", -1}}, 4}, Contradiction{{{"max-rate", not_a_number}}, 4},
           Contradiction{{{"max-speed", -1}}, 4}, Contradiction{{{"max-speed", 2e5}}, 4},
-          Contradiction{{{"max-speed", 0}}, 10}, Contradiction{{{"eb0w", 10 * urad}}, 5},
-          Contradiction{{{"u-pivot", 10}}, 5}, Contradiction{{{"c-x-pivot", 10}}, 5},
-          Contradiction{{{"ez0a", 0.01}}, 5}, Contradiction{{{"ea0b", 10 * urad}}, 5},
-          Contradiction{{{"to-bed", 1}}, 6},
+          Contradiction{{{"max-speed", 0}}, 10}, Contradiction{{{"to-bed", 1}}, 6},
           Contradiction{{{"radial-offset", 30}, {"radial-direction", not_a_number}}, 7}}) {
         SCOPED_TRACE(settings.begin()->first);
         Square::Values own;
         for (const auto& [pin, value] : settings) own[pin] = square.get(pin);
         square.set(settings);
-        square.run(0.003);  // a rotary axis that the chain does not have is read each third period
+        square.run(0.003);
         square.set("ea0y", 300 * urad);  // waits until the set makes sense
         square.run(0.5);
         EXPECT_EQ((square.get_xyz("correction") - before).length(), 0);
@@ -169,7 +166,7 @@ TEST(SquarenessRamp, SetThatContradictsItselfLeavesTheLastGoodOne) {
 
 // A refused set leaves nothing behind, even if a later one falls back on the last good values.
 TEST(SquarenessRamp, SetThatIsRefusedLeavesNoRadiusBehind) {
-    Square square(column_chain);
+    Square square("chain=w-W-X.b-Y-Z-C-t");
     square.set({{"ec0y", 100 * urad}, {"radial-offset", 20}});
     square.go({0, 100, 0, 0});
     const Vec before = square.get_xyz("correction");

@@ -185,21 +185,6 @@ TEST(SquarenessRotary, AJumpOfTheAngleIsRamped) {
     EXPECT_FALSE(square.get("ramping"));
 }
 
-TEST(SquarenessRotary, ASpindleMovesNothingAndHasNoPlace) {
-    Square square("chain=w-X-Y.b-Z-C-t");
-    square.set({{"ea0y", 50 * urad}, {"c-position", 50}});
-    square.go({100, 200, -100, 0});
-    const Vec before = square.get_xyz("correction");
-    square.set({{"c-position", 140}, {"c-velocity", 1e5}});
-    square.run(0.01);
-    EXPECT_EQ(square.get_xyz("correction").x, before.x);
-    EXPECT_EQ(square.get_xyz("correction").z, before.z);
-    EXPECT_EQ(square.get("fault-code"), 0);
-    square.set("ex0c", 0.01);
-    square.run(0.002);
-    EXPECT_TRUE(square.get("fault")) << "C is no axis of this chain";
-}
-
 TEST(SquarenessRotary, WrongOnesAreRefused) {
     const Folder folder;
     Bench bench(Bench::Thread::none);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // squareness against the textbook's machines; squareness_ramp_test.cpp changes its settings, and
 // squareness_table_test.cpp gives it tables.
+#include "tests/support/hal_pins.hpp"
 #include "tests/support/live.hpp"
 #include "tests/support/square.hpp"
 
@@ -10,6 +11,9 @@
 #include <cstdio>
 #include <limits>
 #include <random>
+#include <regex>
+#include <set>
+#include <string>
 
 namespace plumb {
 namespace {
@@ -236,26 +240,45 @@ TEST(Squareness, EachParallelAxisHasItsCorrection) {
     for (const char* letter : {"u", "v", "w"}) {
         const std::string big(1, static_cast<char>(std::toupper(letter[0])));
         Square square("chain=w-X.b-" + big + "-Y-Z-C-t");
-        square.set({{"parallel-axis-corrects", 1}, {letter + std::string("-position"), 1000}});
+        square.set("parallel-axis-corrects", 1);
         square.set(*letter == 'w' ? "ea0w" : "ec0" + std::string(letter), 1e-3);
-        square.go({0, 0, 0, *letter == 'w' ? 1000.0 : 0.0});
-        for (const std::string axis : {"u", "v", "w"})
-            EXPECT_NEAR(square.get(axis + "-correction"), axis == letter ? 1000 / std::cos(1e-3) - 1000 : 0,
-                        1e-12)
-                << axis << " of " << letter;
+        square.go({0, 0, 0, 1000});
+        EXPECT_NEAR(square.get(letter + std::string("-correction")), 1000 / std::cos(1e-3) - 1000, 1e-12);
     }
 }
 
-TEST(Squareness, ChainWithoutAParallelAxisHasNoneToCorrect) {
-    Square square(column_chain);
-    square.set({{"ec0y", 100 * urad}, {"parallel-axis-corrects", 1}});
-    square.go({0, 100, 0, 0});
-    EXPECT_EQ(square.get("fault-code"), 5);
-    EXPECT_EQ(square.get("x-correction"), 0) << "the set before, without a tilt";
-    square.set("parallel-axis-corrects", 0);
-    square.go({0, 100, 0, 0});
-    EXPECT_EQ(square.get("fault-code"), 0);
-    EXPECT_NEAR(square.get("x-correction"), 10 * um, 0.01 * um);
+// The pins of an axis, by its letter: those whose names have it before a hyphen, or end with it.
+std::set<std::string> axes_of_pins(Square& square) {
+    std::set<std::string> found;
+    for (const auto& [name, pin] : wiring(square.bench)) {
+        const std::string own = name.substr(name.find('.') + 1);
+        std::smatch match;
+        if (std::regex_match(own, match, std::regex("(?:([a-cu-z])-.*|e[a-cxyz]0([a-cu-z])(?:-in-use)?)")))
+            found.insert(match[1].str() + match[2].str());
+    }
+    return found;
+}
+
+TEST(Squareness, AnAxisHasPinsIfTheChainNamesIt) {
+    using Axes = std::set<std::string>;
+    const auto has = [](Square& square, const std::string& pin) {
+        return wiring(square.bench).count("square." + pin) == 1;
+    };
+    {
+        Square square(column_chain);
+        EXPECT_EQ(axes_of_pins(square), (Axes{"x", "y", "z"})) << "C is a spindle";
+        for (const char* pin : {"to-bed", "parallel-axis-corrects", "max-rotary-speed"})
+            EXPECT_FALSE(has(square, pin)) << pin;
+    }
+    {
+        Square square(portal_chain);
+        EXPECT_EQ(axes_of_pins(square), (Axes{"w", "x", "y", "z"}));
+        EXPECT_TRUE(has(square, "to-bed"));
+        EXPECT_TRUE(has(square, "parallel-axis-corrects"));
+    }
+    Square square("chain=w-C-A-V-Y.b-X-Z-t rotary=AC");
+    EXPECT_EQ(axes_of_pins(square), (Axes{"a", "c", "v", "x", "y", "z"}));
+    EXPECT_TRUE(has(square, "max-rotary-speed"));
 }
 
 // A circle that is tilted, with all four axes in motion: 100 mm/s and more.

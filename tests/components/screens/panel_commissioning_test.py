@@ -63,7 +63,10 @@ class Commissioning(unittest.TestCase):
         self.ini = os.path.join(self.folder, "machine.ini")
         with open(self.ini, "w") as file:
             file.write("[EMC]\nMACHINE = test\n[PLUMB]\nACCESS = integrator\n[TRAJ]\nCOORDINATES = XY\nLINEAR_UNITS = mm\n")
-        self.host = plumb.Host()
+        self.begin()
+
+    def begin(self, **options):
+        self.host = plumb.Host(options=options)
         self.addCleanup(self.host.close)
         for line in LINES:
             self.host.command(line)
@@ -206,8 +209,8 @@ class Commissioning(unittest.TestCase):
         finger.await_text("The wiring or a sign changed meanwhile.")
 
     def test_a_rotary_axis_of_the_chain_needs_its_nets(self):
-        with open(self.ini, "a") as file:
-            file.write("[SQUARENESS]\nROTARY = A\n")
+        self.host.close()
+        self.begin(**{"squareness.chain": "w-A-X-Y.b-Z-t", "squareness.rotary": "A"})
         self.wiring_is_refused("A net is missing, or nothing writes it: square.a-position, square.a-velocity.")
 
     def test_a_net_to_another_row_of_interlock_is_named(self):

@@ -344,8 +344,8 @@ class Changing(WithHost):
         self.host.command("setp square.max-speed 100")
         self.host.run(0.01)
         with self.assertRaisesRegex(settings.Refused, "square refuses"):
-            screen.change_all([settings.Write(square, "ec0x", "0.0001"), settings.Write(square, "ea0w", "0.0002")])  # there is no W
-        self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.ea0w")], [0, 0])
+            screen.change_all([settings.Write(square, "ec0x", "0.0001"), settings.Write(square, "max-speed", "0")])
+        self.assertEqual([self.hal.get("square.ec0x"), self.hal.get("square.max-speed")], [0, 100])
         self.assertEqual(screen.log.all(), [])
 
     def test_a_component_that_is_gone_is_named(self):

@@ -52,20 +52,20 @@ INSTEAD = {
 def findings(ini, folder):
     """A Finding for each word of the HAL files of an INI file that names no pin of the module of its instance."""
     lines = [(path, number, command) for path in hal_text.halfiles(ini, folder) if path.endswith(".hal") for number, command in _commands(path)]
-    modules = {}  # by instance: its module, and the options of its line
+    modules = {}  # by instance: its module, and the options of its line by name
     for _path, _number, words in lines:
         if words[0] == "loadrt" and len(words) > 1 and _declared(words[1]):
             options = dict(word.split("=", 1) for word in words[2:] if "=" in word)
-            for place, name in enumerate(options.get("names", "").split(",")):
-                given = options.get("interlock", "yes").split(",")
-                modules[name] = (words[1], given[place if place < len(given) else 0])
+            for place, name in enumerate(options.pop("names", "").split(",")):
+                given = {option: _value(ini, values.split(","), place) for option, values in options.items()}
+                modules[name] = (words[1], given)
     found = []
     for path, number, words in lines:
         if words[0] not in ("net", "setp", "unlinkp", "linksp", "linkps", "linkpp", "sets"):
             continue
         for word in words[1:]:
             instance, _dot, short = word.rpartition(".")
-            if instance in modules and not _exists(*modules[instance], short):
+            if instance in modules and not plumb.has_pin(_declared(modules[instance][0]), short, modules[instance][1]):
                 found.append(Finding(path, number, word, _instead(modules[instance][0], instance, short)))
     return found
 
@@ -101,17 +101,18 @@ def _commands(path):
                 yield number, words
 
 
+def _value(ini, values, place):
+    """The value of an option for the instance at this place; [SECTION]NAME is one of the INI file."""
+    value = values[place if place < len(values) else 0]
+    named = hal_text.VALUE.fullmatch(value)
+    return (named and ini.get(named[1], named[2] or named[3])) or value
+
+
 def _declared(module):
     try:
-        return plumb.declarations(module)["pins"]
+        return plumb.declarations(module)
     except (FileNotFoundError, ValueError):
         return None
-
-
-def _exists(module, interlock, short):
-    pin = _declared(module).get(short)
-    option = (pin or {}).get("only_with", "")
-    return pin is not None and (not option.startswith("interlock=") or option == "interlock=" + interlock)
 
 
 def _instead(module, instance, short):
@@ -119,4 +120,10 @@ def _instead(module, instance, short):
         match = re.fullmatch(pattern, short)
         if match:
             return text.format(*match.groups(), instance=instance)
+    condition = _declared(module)["pins"].get(short, {}).get("only_with", "")
+    if condition:
+        *letters, last = re.findall(r"(\w) in ", condition) or [""]
+        axes = ", ".join(letters) + " or " + last if letters else last
+        option = "%s into the %s of" % (axes, condition.rpartition(" ")[2]) if last else condition.replace(">=", "=") + ", or more, into"
+        return "%s the line loadrt %s, or remove this line" % (option, module)
     return "what man 9 %s says of its pins" % module

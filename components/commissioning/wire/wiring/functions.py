@@ -6,6 +6,10 @@ import re
 import tomllib
 
 import hal_text
+import plumb
+
+
+MOST_ROWS = 16
 
 
 class Function:
@@ -17,7 +21,7 @@ class Function:
             given = tomllib.load(file)
         self.summary, self.axes, self.required = given["summary"], given["axes"], given["required"]
         self.reads = given.get("reads", [])
-        self.joint_offset = given.get("joint_offset", {})
+        self._joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
         self.stroke = given.get("stroke", {})
         self.without = given.get("without", {})
@@ -34,6 +38,7 @@ class Function:
         self.remap = given.get("remap", [])
         self.m_codes = given.get("m_codes", False)
         self.ini = given.get("ini", {})
+        self.values = self.ini  # those of a machine, by section and name
         self.missing = given.get("missing", [])
         self.check = self._file("check.py")
         self.check_hal = self._file("check.hal")
@@ -60,13 +65,65 @@ class Function:
         """Leaves out the nets of pins that the machine does not net: another signal would take their default from them."""
         self.left_out = {signal for signal, pins in self.if_netted.items() if not any(state.signal_of(pin) for pin in pins)}
 
+    def take_values(self, *inis):
+        """The values of its sections in the first of these IniFiles that has them."""
+        self.values = {section: {name: next(filter(None, (ini.get(section, name) for ini in inis)), value) for name, value in values.items()}
+                       for section, values in self.ini.items()}
+
+    @property
+    def joint_offset(self):
+        """The signals that stages take into joints, by axis: those that it writes with its options."""
+        written = {words[0] for words in self.nets([*self.axes, *self.reads])}
+        return {letter: signal for letter, signal in self._joint_offset.items() if signal in written}
+
+    def _has(self, pin, loaded):
+        """Whether a pin is there that other options would not give; `loaded` has module and options by instance."""
+        instance, _dot, short = pin.rpartition(".")
+        if instance not in loaded:
+            return False
+        declared = plumb.declarations(loaded[instance][0])
+        return bool(declared["pins"].get(short, {}).get("only_with")) and plumb.has_pin(declared, short, loaded[instance][1])
+
+    def _repeated(self, command, loaded):
+        """A command, and its repetitions for more axes and rows than the smallest machine has: the file of a function has those of Z
+        and 0 alone. A signal without a number goes to all rows."""
+        found = [command]
+        for letter in "uvwabc":
+            words = [re.sub(r"^((?:.*\.)?)z-", r"\g<1>%s-" % letter, word) for word in command.words]
+            if any(self._has(word, loaded) for word, before in zip(words, command.words) if word != before):
+                found.append(command._replace(words=words, comment=[]))
+        for row in range(1, MOST_ROWS):
+            words = [re.sub(r"-0$", "-%d" % row, word) for word in command.words]
+            more = [word for word, before in zip(words, command.words) if word != before and self._has(word, loaded)]
+            if more and words[0] != command.words[0]:
+                found.append(command._replace(words=words, comment=[]))
+            else:
+                found[0].words.extend(more)
+        return found
+
+    def _loaded(self, commands):
+        """Module and options of each instance that it loads."""
+        found = {}
+        for command in commands:
+            if command.name != "loadrt":
+                continue
+            options = dict(word.split("=", 1) for word in command.words[1:])
+            for name, value in options.items():
+                ini = hal_text.VALUE.fullmatch(value)
+                options[name] = self.values.get(ini[1], {}).get(ini[2] or ini[3], value) if ini else value
+            found.update({instance: (command.words[0], options) for instance in options["names"].split(",")})
+        return found
+
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         moved = self.numbers.moved if self.numbers else {}
+        commands = hal_text.parse(self.text(self.name + ".hal"))
+        loaded = self._loaded(commands)
         absent = tuple(letter.lower() + "-" for letter in [*self.axes, *self.reads] if letter not in axes)
         return [
             command._replace(words=[moved.get(word, word) for word in command.words])
-            for command in hal_text.parse(self.text(self.name + ".hal"))
+            for each in commands
+            for command in (self._repeated(each, loaded) if each.name == "net" else [each])
             if not (
                 command.name == "net"
                 and (command.words[0] in self.left_out or command.words[0].startswith(absent))
