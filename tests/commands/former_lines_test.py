@@ -91,6 +91,22 @@ class FormerLines(unittest.TestCase):
             self.assertEqual(done.returncode, 1, said)
             self.assertIn("WRONG my.hal:2 names square.enable, which this Plumb has no more. Write net NAME-permit", said)
 
+    def test_a_pin_that_another_option_gives_is_named_with_the_option(self):
+        write(self.ini, "[EMC]\nMACHINE = mine\n[SQUARENESS]\nCHAIN = w-X-Y.b-Z-C-t\n[HAL]\nHALFILE = my.hal\n")
+        _status, output, _line = self.check(
+            "loadrt squareness names=square chain=[SQUARENESS]CHAIN\nloadrt axis_growth names=one,three sensors=1,3\n"
+            "net w-position => square.w-position\nsetp square.to-bed 1\nnet t => one.temperature-2 three.temperature-2\nsetp three.x-growth-3 0\n")
+        said = {line.split(" names ")[1].split(",")[0]: line.split("Write ")[1] for line in output.splitlines() if " names " in line}
+        self.assertEqual(said, {
+            "square.w-position": "W into the chain of the line loadrt squareness, or remove this line.",
+            "square.to-bed": "U, V or W into the chain of the line loadrt squareness, or remove this line.",
+            "one.temperature-2": "sensors=3, or more, into the line loadrt axis_growth, or remove this line.",
+            "three.x-growth-3": "sensors=4, or more, into the line loadrt axis_growth, or remove this line.",
+        })
+        write(self.ini, "[EMC]\nMACHINE = mine\n[SQUARENESS]\nCHAIN = w-X.b-W-Y-Z-C-t\n[HAL]\nHALFILE = my.hal\n")
+        _status, output, _line = self.check("loadrt squareness names=square chain=[SQUARENESS]CHAIN\nnet w-position => square.w-position\n")
+        self.assertNotIn(" names ", output)
+
     def test_the_lines_of_today_are_not_named(self):
         for folder, name in (("mill", "stages.hal"), ("portal", "stages.hal"), ("lathe", "by_hand.hal"), ("grinder", "extra.hal")):
             with open(os.path.join(ROOT, "configs", folder, name), encoding="utf-8") as file:

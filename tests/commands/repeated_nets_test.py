@@ -27,6 +27,7 @@ class RepeatedNets(unittest.TestCase):
         function, nets = self.nets("squareness", "")
         self.assertEqual([net for net in nets if net[:2] in ("w-", "a-", "c-")], [])
         self.assertEqual(set(function.joint_offset), set("XYZ"))
+        self.assertEqual([net for net in self.nets("axis_growth", "")[1] if net.endswith("-1")], [])
 
     def test_an_axis_of_the_chain_has_the_nets_of_z(self):
         function, nets = self.nets("squareness", "CHAIN = w-C-A-X.b-W-Y-Z-t\nROTARY = AC", "XYZWAC")
@@ -39,6 +40,11 @@ class RepeatedNets(unittest.TestCase):
     def test_an_axis_that_the_machine_lacks_has_no_net(self):
         nets = self.nets("squareness", "CHAIN = w-X.b-W-Y-Z-t")[1]
         self.assertEqual([net for net in nets if net.startswith("w-")], [])
+
+    def test_each_sensor_has_the_nets_of_the_first_one(self):
+        nets = self.nets("axis_growth", "SENSORS = 3")[1]
+        self.assertEqual([net for net in nets if net.startswith("growth-temperature-age")],
+                         ["growth-temperature-age-%d => axis-growth.temperature-age-%d" % (row, row) for row in range(3)])
 
 
 if __name__ == "__main__":

@@ -627,7 +627,7 @@ class Identify(unittest.TestCase):
         with plumb.Host() as host:
             host.command("loadrt threads name1=servo-thread period1=500000000")
             host.command("loadrt sim_artifact names=artifact")
-            host.command("loadrt axis_growth names=axis-growth interlock=no")
+            host.command("loadrt axis_growth names=axis-growth interlock=no sensors=4")
             host.set("artifact.seed", 11)
             host.set("artifact.air-start", 30000)
             host.command("net spindle-speed artifact.spindle-speed => axis-growth.spindle-speed")
@@ -664,6 +664,8 @@ class Identify(unittest.TestCase):
     def test_the_sensor_of_the_artifact_is_not_a_term(self):
         self.assertNotIn("-growth-3 ", law_of(self.log)["lines"])
         self.assertIn("-growth-3 ", law_of(self.log, "--artifact", "none")["lines"])
+        self.assertIn("# Load axis_growth with sensors=2 or more\n", law_of(self.log)["lines"])
+        self.assertIn("# Load axis_growth with sensors=4 or more\n", law_of(self.log, "--artifact", "none")["lines"])
         lines = law_of(self.log, "--sensors", "spindle,bed", "--instance", "g")["lines"]
         self.assertIn("setp g.z-growth-1 ", lines)
         self.assertNotIn("growth-2 ", lines)

@@ -255,6 +255,18 @@ class Declarations(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "share/plumb/lowpass.json is damaged: "):
             installed.declarations("lowpass")
 
+    def test_options_of_a_load_line_decide_on_pins(self):
+        growth, square = plumb.declarations("axis_growth"), plumb.declarations("squareness")
+        for declared, short, options, there in (
+            (growth, "temperature-0", {}, True), (growth, "temperature-1", {}, False), (growth, "temperature-1", {"sensors": "2"}, True),
+            (growth, "temperature-2", {"sensors": "2"}, False), (growth, "temperature-4", {"sensors": "4"}, False),
+            (growth, "enable", {}, False), (growth, "enable", {"interlock": "no"}, True),
+            (square, "w-position", {}, False), (square, "w-position", {"chain": "w-X.b-W-Y-Z-C-t"}, True),
+            (square, "to-bed", {"chain": "w-X.b-V-Y-Z-C-t"}, True), (square, "c-position", {}, False), (square, "c-position", {"rotary": "AC"}, True),
+            (square, "max-rotary-speed", {"rotary": "B"}, True), (square, "max-rotary-speed", {}, False),
+        ):
+            self.assertEqual(plumb.has_pin(declared, short, options), there, (short, options))
+
     def test_a_module_that_is_not_there_is_named(self):
         share = os.path.join(os.path.abspath(os.environ["PLUMB_BUILD"]), "share", "plumb")
         for name in ("therm", "", "../plumb/thermal_displacement"):

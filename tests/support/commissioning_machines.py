@@ -37,9 +37,9 @@ GROWS = (
                                                    ("z-sigma", 0.001), ("reference-0", 16), ("reference-1", 16), ("smoothing", 1))),
 )
 ALONE = "unlinkp interlock.function-suspend-0"  # it acts without a growth test, too
-THREE_SENSORS = ["unlinkp axis-growth.temperature%s-3" % kind for kind in ("", "-valid", "-age")]
 WARM = [("axis-growth.temperature-%d" % number, "growth-temperature-%d" % number) for number in range(2)]
-WARM_BY_HAND = [line % number for number in range(2) for line in ("sets growth-temperature-%d 20", "sets growth-temperature-valid-%d true")]
+WARM_BY_HAND = ["net growth-temperature-%s-1 axis-growth.temperature-%s-1" % (kind, kind) for kind in ("valid", "age")]
+WARM_BY_HAND += [line % number for number in range(2) for line in ("sets growth-temperature-%d 20", "sets growth-temperature-valid-%d true")]
 JOINTS = ("x-stage", "y-stage", "z-stage")
 
 MACHINES = {
@@ -58,7 +58,7 @@ MACHINES = {
                         programs=("commission_height.ngc",), switches=(0, 1), grows=[*GROWS, *WARM_BY_HAND], more=("axis_growth",)),
     "warm": Prepared("growth", "identified.ini", JOINTS, inputs=[("growth-test.x-position", "x-measured"), *WARM], programs=("commission_bore.ngc",),
                      switches=(0, 1), grows=[*GROWS, "setp axis-growth.max-rate 0.004", ALONE]),
-    "axis_growth": Prepared("growth", "identified.ini", JOINTS, inputs=WARM, switches=(0, 1), grows=[*GROWS, ALONE, *THREE_SENSORS]),
+    "axis_growth": Prepared("growth", "identified.ini", JOINTS, inputs=WARM, switches=(0, 1), grows=[*GROWS, ALONE]),
     "thermal_growth_test": Prepared("growth", "growth.ini", inputs=[("growth-test.x-position", "x-measured")], programs=("commission_bore.ngc",)),
 }
 
@@ -87,13 +87,15 @@ def prepared(folder, function):
         shutil.copy(os.path.join(linuxcnc_runs.PROGRAMS, program), machine)
     own, files = {}, ["commissioning.hal"]
     if its.strokes:
-        own["RS274NGC"] = STROKES
+        own["RS274NGC"], own["CHOPPING"] = STROKES, ["SECTIONS = 0"]
         its_folder = os.path.join(machine, "functions", "chopping")
         shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", "chopping"), its_folder)
         with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:
             file.write(order.read().replace("  square.update\n", "  square.update\n  chop.update\n"))
         files = ["functions/chopping/chopping.hal", "commissioning.hal", "shop_order.tcl"]
     added = with_more(machine, its) if its.more else {}
+    if "axis_growth" in (function, *its.more):
+        own["AXIS_GROWTH"] = ["SENSORS = %d" % (2 if its.more else 3)]  # the law reads two
 
     def hal(lines):
         return ["HALFILE = scene.hal", *(new for line in lines for new in added.get(line, [line])), *("HALFILE = " + name for name in files)]

@@ -106,6 +106,9 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
             its.terms.push_back({"speed", law.by_speed, law.speed_sigma});
         }
     }
+    if (!numbered.empty())
+        lines +=
+            "# Load axis_growth with sensors=" + std::to_string(numbered.rbegin()->first + 1) + " or more\n";
     lines += line(options.instance + ".structure", structure);
     if (data.structure) result.structure = data.structure->name;
     for (const auto& [number, sensor] : numbered) {

@@ -46,8 +46,12 @@ struct Settings {
 
 // The law of this machine. plumb-growth(1) prints these lines.
 struct LawPins : hal::Group {
-    using Group::Group;
+    LawPins(hal::Owner owner, std::size_t sensors) : Group(owner), sensors_(sensors) {}
 
+private:
+    const std::size_t sensors_;  // their number
+
+public:
     static constexpr hal::Range growths{-1, 1}, slopes{-1e-4, 1e-4}, temperatures{-500, 500},
         places{-1e6, 1e6};
     static constexpr hal::Range rises{-600, 600}, numbers{-1, GrowthLaw::sensors - 1};
@@ -58,19 +62,19 @@ struct LawPins : hal::Group {
         Sensor(hal::Owner owner, const std::string& number)
             : Group(owner),
               growth{this,
-                     "%-growth-" + number,
+                     "%-growth" + number,
                      0.0,
                      "mu/K",
                      "Growth of % by the rise of this temperature.",
                      hal::machine(growths)},
               growth_sigma{this,
-                           "%-growth-sigma-" + number,
+                           "%-growth-sigma" + number,
                            0.0,
                            "mu/K",
                            "Standard uncertainty of that growth.",
                            hal::machine(sigmas)},
               slope{this,
-                    "%-slope-" + number,
+                    "%-slope" + number,
                     0.0,
                     "1/K",
                     "Growth of % by that rise, per mu of travel.",
@@ -87,17 +91,28 @@ struct LawPins : hal::Group {
         "Sensor of the structure: the rises of the others are counted from it; -1 for none.",
         hal::machine(numbers)};
 
-    Sensor sensor[GrowthLaw::sensors]{{this, "0"}, {this, "1"}, {this, "2"}, {this, "3"}};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> reference{
-        this, "reference", 20.0, "degC", "This temperature on the cold machine.", hal::machine(temperatures)};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> low{this,
-                                                      "rise-low",
-                                                      -600.0,
-                                                      "K",
-                                                      "Lowest rise of this temperature in the growth test.",
-                                                      hal::machine(rises)};
-    hal::Row<hal::In<double>, GrowthLaw::sensors> high{
-        this, "rise-high", 600.0, "K", "Highest rise of this temperature in the test.", hal::machine(rises)};
+    hal::Row<Sensor> sensor{this, sensors_, ""};
+    hal::Row<hal::In<double>> reference{this,
+                                        sensors_,
+                                        "reference",
+                                        20.0,
+                                        "degC",
+                                        "This temperature on the cold machine.",
+                                        hal::machine(temperatures)};
+    hal::Row<hal::In<double>> low{this,
+                                  sensors_,
+                                  "rise-low",
+                                  -600.0,
+                                  "K",
+                                  "Lowest rise of this temperature in the growth test.",
+                                  hal::machine(rises)};
+    hal::Row<hal::In<double>> high{this,
+                                   sensors_,
+                                   "rise-high",
+                                   600.0,
+                                   "K",
+                                   "Highest rise of this temperature in the test.",
+                                   hal::machine(rises)};
     hal::Axes<hal::In<double>, 3> pivot{
         this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", hal::machine(places)};
     hal::Axes<hal::In<double>, 3> travel{this,
@@ -135,12 +150,12 @@ struct LawPins : hal::Group {
 
     void read(Settings& s, hal::SettingsReader& read) noexcept {
         s.law.structure = read(structure);
-        for (int i = 0; i < GrowthLaw::sensors; ++i) {
-            const auto row = static_cast<std::size_t>(i);
+        for (std::size_t row = 0; row < sensors_; ++row) {
+            const auto i = static_cast<int>(row);
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                s.law.growth(static_cast<int>(axis), i) = read(sensor[i].growth[axis]);
-                s.law.slope(static_cast<int>(axis), i) = read(sensor[i].slope[axis]);
-                s.growth_sigma(static_cast<int>(axis), i) = read(sensor[i].growth_sigma[axis]);
+                s.law.growth(static_cast<int>(axis), i) = read(sensor[row].growth[axis]);
+                s.law.slope(static_cast<int>(axis), i) = read(sensor[row].slope[axis]);
+                s.growth_sigma(static_cast<int>(axis), i) = read(sensor[row].growth_sigma[axis]);
             }
             s.law.reference[i] = read(reference[row]);
             s.low[i] = read(low[row]);
@@ -164,14 +179,14 @@ struct LawPins : hal::Group {
 // The temperatures, each with its doubts: value, valid, age. An invalid one keeps its last good value.
 class Sensors : public hal::Group {
 public:
-    using Group::Group;
+    Sensors(hal::Owner owner, std::size_t number) : Group(owner), number_(number) {}
 
     // `used`: the law reads this sensor.
     template <class Used>
     void step(const Settings& settings, Used used, double dt) noexcept {
         bool good = true, known = true;
-        for (int i = 0; i < GrowthLaw::sensors; ++i) {
-            const auto row = static_cast<std::size_t>(i);
+        for (std::size_t row = 0; row < number_; ++row) {
+            const auto i = static_cast<int>(row);
             const double now = value_[row], age = age_[row];
             const bool fine = valid_[row] && now > -100 && now < 500 && age >= 0 && age <= settings.max_age;
             if (fine && !known_[row]) lag_[row].set(now);
@@ -193,15 +208,16 @@ public:
     double lost() const noexcept { return lost_; }          // s since one of them was valid
 
 private:
-    static constexpr std::size_t count = GrowthLaw::sensors;
-    hal::Row<hal::In<double>, count> value_{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
+    const std::size_t number_;
+    hal::Row<hal::In<double>> value_{this, number_, "temperature",
+                                     20.0, "degC",  "Temperature of this sensor."};
     hal::Effects at_once_{this, hal::Effect::at_once, value_};
-    hal::Row<hal::In<bool>, count> valid_{this, "temperature-valid", true,
-                                          "The sensor reports that it is valid."};
-    hal::Row<hal::In<double>, count> age_{this, "temperature-age", 0.0, "s",
-                                          "Time since the sensor was read."};
-    std::array<FirstOrderLag, count> lag_;
-    std::array<bool, count> known_{};
+    hal::Row<hal::In<bool>> valid_{this, number_, "temperature-valid", true,
+                                   "The sensor reports that it is valid."};
+    hal::Row<hal::In<double>> age_{this, number_, "temperature-age",
+                                   0.0,  "s",     "Time since the sensor was read."};
+    std::array<FirstOrderLag, GrowthLaw::sensors> lag_;
+    std::array<bool, GrowthLaw::sensors> known_{};
     GrowthLaw::Temperatures smooth_ = GrowthLaw::Temperatures::Zero(), rises_ = smooth_;
     double lost_ = 0;
     bool all_known_ = false;
@@ -222,6 +238,13 @@ struct AxisGrowth final : hal::Component {
 
     hal::LengthUnit unit{this};
 
+    hal::Count number_of_sensors{
+        this,
+        "sensors",
+        1,
+        1,
+        GrowthLaw::sensors,
+        "Number of temperature sensors, 1 to 4: the rows temperature-N, x-growth-N and so on."};
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
     hal::Permission permission{this, interlock, "Apply the offsets; else 0."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
@@ -230,8 +253,8 @@ struct AxisGrowth final : hal::Component {
     hal::In<bool> zero_set{this, "zero-set", false,
                            "A rising edge says that a work zero was set: growth counts from here."};
     hal::In<double> spindle_speed{this, "spindle-speed", 0, "rpm", "Speed of the spindle."};
-    axis_growth::Sensors sensors{this};
-    axis_growth::LawPins law{this};
+    axis_growth::Sensors sensors{this, number_of_sensors};
+    axis_growth::LawPins law{this, number_of_sensors};
     static constexpr hal::Range smoothings{0, 3600}, ages{0, 1e6}, errors{0, 1}, offsets{0, 100};
     static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5};
     hal::In<double> smoothing{
@@ -360,7 +383,7 @@ private:
         wanted.max_offset = read(max_offset);
         wanted.max_rate = read(max_rate);
         wanted.max_speed = read(max_speed);
-        wanted.in_range = read.good();
+        wanted.in_range = read.good() && wanted.law.structure < static_cast<int>(number_of_sensors);
         if (!wanted.valid()) return false;
         settings_ = wanted;
         return true;

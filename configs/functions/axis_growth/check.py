@@ -8,7 +8,8 @@ SPEED = 100  # rpm
 def check(machinery):
     unit = machinery.unit
     letters = [letter for letter in "XYZ" if letter in machinery.axes]
-    terms = ["%s-%s-%d" % (axis, term, sensor) for axis in "xyz" for term in ("growth", "slope") for sensor in range(4)]
+    sensors = range(int(machinery.ini("AXIS_GROWTH", "SENSORS")))
+    terms = ["%s-%s-%d" % (axis, term, sensor) for axis in "xyz" for term in ("growth", "slope") for sensor in sensors]
     settings = {"axis-growth." + term: 0 for term in terms}  # a sensor may not be here
     settings.update({"axis-growth.%s-speed-growth" % axis: GROWTH * unit for axis in "xyz"})
     settings.update({"axis-growth.%s-sigma" % axis: 0.001 * unit for axis in "xyz"})

@@ -78,7 +78,7 @@ def use(law, day):
         replay, recording = os.path.join(folder, "day.csv"), os.path.join(folder, "offsets.csv")
         write_rows(replay, ["time", *pins], np.column_stack([day.time, *values]))
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
-        host.command("loadrt axis_growth names=axis-growth interlock=no")
+        host.command("loadrt axis_growth names=axis-growth interlock=no sensors=4")
         host.command("addf axis-growth.update servo-thread")
         host.set("axis-growth.all-homed", True)
         host.set("axis-growth.enable", True)

@@ -34,7 +34,7 @@ def draw_duty(seed, duration):
 def load_machine(host, seed, settings, instances):
     """sim_artifact on another day than that of its growth test, and instances of axis_growth. Returns the draw of the day."""
     host.command("loadrt sim_artifact names=artifact")
-    host.command("loadrt axis_growth names=%s interlock=no" % ",".join(instances))
+    host.command("loadrt axis_growth names=%s interlock=no sensors=4" % ",".join(instances))
     draw = random.Random(-seed)
     for name, value in {"artifact.seed": seed, **settings, "artifact.air-start": draw.uniform(1, 86400)}.items():
         host.set(name, value)

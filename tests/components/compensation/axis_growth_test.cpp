@@ -22,7 +22,7 @@ void bring_to_life(Bench& bench) {
     const Folder folder;
     bench.source(folder.write("live.hal", R"(
 loadrt threads name1=servo-thread period1=1000000
-loadrt axis_growth names=axis-growth interlock=no
+loadrt axis_growth names=axis-growth interlock=no sensors=4
 loadrt siggen names=warmth
 setp warmth.frequency 0.5
 setp warmth.amplitude 5
@@ -73,7 +73,7 @@ const Live live{{{"axis_growth", "axis-growth"}},
 // Homed, enabled, at once certain, and fast, so that a test need not wait.
 struct Machine {
     explicit Machine(const std::string& options = "") {
-        bench.command("loadrt axis_growth names=g interlock=no " + options);
+        bench.command("loadrt axis_growth names=g interlock=no sensors=4 " + options);
         bench.command("addf g.update servo-thread");
         bench.command("start");
         set({{"all-homed", 1},
@@ -113,6 +113,31 @@ TEST(AxisGrowth, FollowsTheLawOfTemperaturesAndPosition) {
     m.set("x-position", 249.9);  // slower than max-speed
     m.run(0.001);
     EXPECT_NEAR(m.get("x-offset"), 0.017 + 12e-6 * 3 * 199.9, 1e-9) << "motion is followed at once";
+}
+
+TEST(AxisGrowth, HasTheRowsOfItsSensors) {
+    Bench bench{Bench::Thread::servo};
+    bench.command("loadrt axis_growth names=one,three sensors=1,3");
+    for (const char* stem : {"temperature", "temperature-valid", "temperature-age", "x-growth",
+                             "y-growth-sigma", "z-slope", "reference", "rise-low", "rise-high"}) {
+        const std::string name = stem;
+        bench.get("one." + name + "-0");
+        EXPECT_ANY_THROW(bench.get("one." + name + "-1")) << name;
+        bench.get("three." + name + "-2");
+        EXPECT_ANY_THROW(bench.get("three." + name + "-3")) << name;
+    }
+}
+
+TEST(AxisGrowth, AStructureIsOneOfItsSensors) {
+    Bench bench{Bench::Thread::servo};
+    bench.command("loadrt axis_growth names=g interlock=no sensors=2");
+    bench.command("addf g.update servo-thread");
+    bench.set("g.structure", 1);
+    bench.run(0.01);
+    EXPECT_EQ(bench.get("g.fault-code"), 0);
+    bench.set("g.structure", 2);
+    bench.run(0.01);
+    EXPECT_EQ(bench.get("g.fault-code"), 3) << "the settings";
 }
 
 TEST(AxisGrowth, FollowsTheSpindleWithTheTimeOfTurningAndOfRest) {

@@ -180,7 +180,7 @@ class Trunnion(Standing):
 class Warm(Standing):
     """axis_growth beside two warm sensors."""
 
-    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt axis_growth names=warm interlock=no", "setp warm.x-growth-0 0.001", "setp warm.y-growth-0 -0.002",
+    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt axis_growth names=warm interlock=no sensors=2", "setp warm.x-growth-0 0.001", "setp warm.y-growth-0 -0.002",
              "setp warm.z-growth-0 0.004", "setp warm.x-slope-1 1e-5", "setp warm.z-speed-growth 0.01", "setp warm.x-position 100", "setp warm.y-position 200",
              "setp warm.z-position -100", "setp warm.smoothing 0.1",
              "setp warm.turning-time 1", "setp warm.stopped-time 1", "setp warm.max-rate 5", "setp warm.max-speed 100000", "setp warm.all-homed 1",

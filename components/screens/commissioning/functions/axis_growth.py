@@ -7,16 +7,20 @@ from panel.texts import _, number
 
 MOVES_NOTHING = False
 NEAR = 3.0  # K
-SENSORS = range(4)
+
+
+def _sensors(instance):
+    """The numbers of its sensors."""
+    return [int(short.rpartition("-")[2]) for short in instance.pins if short.startswith("reference-") and short[-1].isdigit()]
 
 
 def steps(session):
-    return [Warm(session, sensor) for sensor in SENSORS if _is_used(session.rig, session.function.instance, sensor)] or [NoLaw(session)]
+    return [Warm(session, sensor) for sensor in _sensors(session.function.instance) if _is_used(session.rig, session.function.instance, sensor)] or [NoLaw(session)]
 
 
 def unused(rig, instance):
     """Inputs that nobody needs to write: of sensors that the law does not read."""
-    return [short % sensor for sensor in SENSORS if not _is_used(rig, instance, sensor) for short in ("temperature-%d", "temperature-valid-%d", "temperature-age-%d")]
+    return [short % sensor for sensor in _sensors(instance) if not _is_used(rig, instance, sensor) for short in ("temperature-%d", "temperature-valid-%d", "temperature-age-%d")]
 
 
 def _is_used(rig, instance, sensor):
