@@ -197,7 +197,7 @@ def time_lines(times):
 
 DRIFT_LINES = """
 loadrt threads name1=servo-thread period1=1000000
-loadrt chopping names=chop interlock=no
+loadrt chopping names=chop interlock=no sections=4
 setp chop.upper            30
 setp chop.speed-kind        3
 setp chop.cycle-time        1.1781234

@@ -74,7 +74,7 @@ class Axis(unittest.TestCase):
         return days
 
     def test_strokes_begin_change_and_end_by_the_finger(self):
-        seen = linuxcnc_runs.despite_axis(lambda: self.work("grinder", "axis.ini", "chopping_operator.py"))
+        seen = linuxcnc_runs.despite_axis(lambda: self.work("grinder", "axis.ini", "chopping_operator.py", CHOPPING=["SECTIONS = 4"]))
         self.assertEqual(seen["program"], "contour.ngc")
         self.assertIn("The upper dead point must be above the lower one.", seen["swapped"])
         self.assertIn("12000 mm/min", seen["too fast"])

@@ -449,7 +449,8 @@ Subject chopping() {
              {"section-1-ratio", "0.9"},
              {"run", "1"}},
             {},
-            "command"};
+            "command",
+            {{"sections", "2"}}};
 }
 
 void chopping_beside_pid(benchmark::State& state) {

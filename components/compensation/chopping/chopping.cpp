@@ -82,7 +82,13 @@ struct Chopping final : hal::Component {
                                  "takes it. chop_numbers.ngc has the numbers."};
     hal::In<double> program_value{this, "program-value", 0, "1",
                                   "Value of this word, in machine units or s."};
-    ChoppingSettings settings{this};
+    hal::Count sections{this,
+                        "sections",
+                        0,
+                        0,
+                        SpeedSections::most,
+                        "Number of sections by pins, 0 to 4: the rows section-N-...; a program has its own."};
+    ChoppingSettings settings{this, sections};
 
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
     hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};

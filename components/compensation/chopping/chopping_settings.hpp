@@ -55,7 +55,8 @@ struct SectionPins final : hal::Group {
 
 // The settings of a stroke.
 struct ChoppingSettings final : hal::Group {
-    using Group::Group;
+    ChoppingSettings(hal::Owner owner, std::size_t sections)
+        : Group(owner), section(this, sections, "section") {}
 
     static constexpr double farthest = StrokeValues::farthest;  // mu
     static constexpr hal::Range places{-farthest, farthest}, lengths{0, farthest},
@@ -133,7 +134,7 @@ struct ChoppingSettings final : hal::Group {
     hal::In<bool> refuse_slower{this, "refuse-slower", false,
                                 "Refuse a stroke that max-acceleration makes slower, and do not limit it.",
                                 hal::machine()};
-    hal::Row<SectionPins, SpeedSections::most> section{this, "section"};
+    hal::Row<SectionPins> section;
 
     hal::In<double> max_feed{
         this, "max-feed", 500, "mu/s", "Largest speed of the stroke.", hal::must(speeds)};
@@ -237,7 +238,7 @@ struct ChoppingSettings final : hal::Group {
         now.refuse_slower = refuse_slower;
         now.exact_stop = setting(exact_stop);
         now.stroke.exact_stop = setting(exact_stop_time);
-        for (std::size_t i = 0; i < SpeedSections::most; ++i) now.stroke.sections[i] = section[i].read();
+        for (std::size_t i = 0; i < section.size(); ++i) now.stroke.sections[i] = section[i].read();
         const double rate = setting(max_rate), feed_limit = max_feed;
         now.max_rate = rate;
         now.stroke.acceleration = setting(max_acceleration);

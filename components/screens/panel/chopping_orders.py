@@ -11,7 +11,7 @@ Stroke = collections.namedtuple("Stroke", "upper lower end speed")
 Stroke.__doc__ = "Dead points and point R in machine units, in the frame of the joint; speed in machine units a second."
 
 OFF, PHASES, BOTH, UPWARD, DOWNWARD = range(5)  # kinds of a section
-SECTIONS = 4
+MOST_SECTIONS = 4
 BY_PINS = ("run", "shift", "upper", "lower", "feed")
 
 
@@ -67,6 +67,11 @@ def start_line(stroke, extra):
 
 def change_line(stroke):
     return "O<chop_change> call [%.6f] [%.6f] [%.6f]" % (stroke.upper, stroke.lower, stroke.speed)
+
+
+def sections(instance):
+    """The numbers of the sections that it has pins for."""
+    return [place for place in range(MOST_SECTIONS) if "section-%d-kind" % place in instance.pins]
 
 
 def section_in_words(instance, values, place):

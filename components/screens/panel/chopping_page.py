@@ -35,7 +35,8 @@ class ChoppingPage(FunctionPage):
             its.append(self.remedy("to-end", button(_("To point R"), self._withdraw)))
         if orders.way(self.instance, self.panel.ini):
             its.append(self.remedy("start", button(_("Ends and start"), lambda: self.panel.open(StrokePage(self.panel, self)))))
-        its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
+        if orders.sections(self.instance):
+            its.append(button(_("Sections"), lambda: self.panel.open(SectionsPage(self.panel, self))))
         if "override" in own:
             its += [button(_("Slower"), lambda: self._faster(-0.05)), button(_("Faster"), lambda: self._faster(0.05))]
         return its
@@ -87,7 +88,7 @@ class StrokePicture(Picture):
     """The region of the stroke with its sections, and where the axis is."""
 
     SHORTS = ("upper", "lower", "phase", "command", "offset", "position") + tuple(
-        "section-%d-%s" % (place, part) for place in range(orders.SECTIONS) for part in ("kind", "from", "to", "ratio"))
+        "section-%d-%s" % (place, part) for place in range(orders.MOST_SECTIONS) for part in ("kind", "from", "to", "ratio"))
 
     def __init__(self, page):
         super().__init__(page.panel, _("Stroke and sections"), (300, 230))
@@ -112,7 +113,7 @@ class StrokePicture(Picture):
             return bottom - (place - lower) / span * (bottom - top)
 
         pen.box(left, top, 60, bottom - top, "pick", "good", 3)
-        for place in range(orders.SECTIONS):
+        for place in range(orders.MOST_SECTIONS):
             kind, start, end, ratio = (values["section-%d-%s" % (place, part)] for part in ("kind", "from", "to", "ratio"))
             if not kind:
                 continue

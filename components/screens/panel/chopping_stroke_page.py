@@ -106,7 +106,7 @@ class SectionsPage(EntryPage):
     def build(self):
         self._lines = []
         rows = []
-        for place in range(orders.SECTIONS):
+        for place in orders.sections(self.page.instance):
             words = label("", "value")
             its = button("", lambda place=place: self.panel.open(SectionPage(self.panel, self, place)), "row", name=_("Section {number}").format(number=place + 1))
             its.remove(its.get_child())

@@ -13,7 +13,7 @@ WEAK = {False: "1.02 to 3 times the force", True: "0.4 to 1 times the force"}
 
 LINES = """
 loadrt threads name1=servo-thread period1=1000000
-loadrt chopping names=chop interlock=no
+loadrt chopping names=chop interlock=no sections=4
 loadrt {module} names={plant}
 loadrt minmax names=far
 net z-command chop.command => {plant}.position-cmd

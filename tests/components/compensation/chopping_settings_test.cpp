@@ -266,7 +266,7 @@ INSTANTIATE_TEST_SUITE_P(Strokes, ChoppingSettingsAttack,
 
 TEST(ChoppingSettingsAttack, LeavesOutNoSetting) {
     Bench bench;
-    bench.command("loadrt chopping names=chop interlock=no");
+    bench.command("loadrt chopping names=chop interlock=no sections=4");
     int count = 0;
     for (const auto& [name, wired] : wiring(bench)) {
         const std::string pin = name.substr(name.find('.') + 1);

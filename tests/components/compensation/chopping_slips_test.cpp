@@ -35,7 +35,7 @@ public:
     SlippingAxis(std::uint64_t seed, const Way& way) : random_(seed), way_(way) {
         const bool grinder = random_.index(2) == 0;
         bench_.command(grinder ? "loadrt sim_grinder names=axis" : "loadrt sim_elastic_axis names=axis");
-        for (const char* line : {"loadrt chopping names=chop interlock=no",
+        for (const char* line : {"loadrt chopping names=chop interlock=no sections=4",
                                  "loadrt sum2 names=scale,drive",
                                  "loadrt limit2 names=creep",
                                  "net slip creep.out => scale.in1 drive.in1",

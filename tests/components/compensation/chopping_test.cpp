@@ -204,7 +204,7 @@ TEST_F(Chopping, WithoutAValidFeedbackTheMeasuredPhaseStands) {
 
 TEST(ChoppingInstances, TwoStrokeEachForItself) {
     Bench bench;
-    bench.command("loadrt chopping names=wheel,table interlock=no");
+    bench.command("loadrt chopping names=wheel,table interlock=no sections=4");
     bench.command("loadrt sim_grinder names=z,w");
     const auto set = [&](const std::string& name, const std::string& pin, double value) {
         bench.set(name + "." + pin, value);
@@ -858,6 +858,14 @@ TEST_F(Chopping, ACycleTimeWithSectionsAndDwellsIsThatOfTheWholeCycle) {
     const std::vector<double> z = commands(8);
     EXPECT_LE(hardest(z), 1000 * 1.01);
     EXPECT_EQ(get("limited-code"), 1) << "max-acceleration does not permit it";
+}
+
+TEST_F(Chopping, HasThePinsOfItsSections) {
+    bench.command("unloadrt chopping");
+    bench.command("loadrt chopping names=none,two sections=0,2");
+    EXPECT_ANY_THROW(bench.get("none.section-0-kind"));
+    for (const char* part : {"kind", "from", "to", "ratio"}) bench.get(std::string("two.section-1-") + part);
+    EXPECT_ANY_THROW(bench.get("two.section-2-kind"));
 }
 
 TEST_F(Chopping, ASectionThatIsTooFastForTheAccelerationIsReported) {

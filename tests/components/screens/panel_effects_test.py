@@ -204,7 +204,7 @@ class Warm(Standing):
 class Away(Standing):
     """chopping, stopped away from point R."""
 
-    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt chopping names=chop interlock=no", "setp chop.upper 5", "setp chop.lower -25",
+    LINES = ("loadrt threads name1=servo-thread period1=1000000", "loadrt chopping names=chop interlock=no sections=4", "setp chop.upper 5", "setp chop.lower -25",
              "setp chop.position 10", "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1",
              "setp chop.homed 1", "setp chop.stop-kind 2", "addf chop.update servo-thread", "start")
 

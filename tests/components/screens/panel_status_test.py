@@ -463,7 +463,7 @@ class Growth(Machinery):
 
 
 class Chopping(Machinery):
-    LINES = ("loadrt chopping names=chop interlock=no", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10", "setp chop.feed 100",
+    LINES = ("loadrt chopping names=chop interlock=no sections=4", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10", "setp chop.feed 100",
              "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1", "net z chop.command chop.joint-feedback",
              "addf chop.update servo-thread")
 

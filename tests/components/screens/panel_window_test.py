@@ -21,7 +21,7 @@ LINES = (
 )
 ALL_FUNCTIONS = (
     "loadrt centre_height names=centre interlock=no",
-    "loadrt chopping names=chop interlock=no",
+    "loadrt chopping names=chop interlock=no sections=4",
     "loadrt thermal_growth_test names=test interlock=no",
 )
 # Buttons to press one after the other, by the page.
@@ -110,7 +110,7 @@ class Window(unittest.TestCase):
         self.assertFalse(self.host.get("growth.learn"))
 
     def test_who_may_only_look_stops_and_holds_strokes_and_switches_off_whatever_the_log_is(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
                      "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
                      "setp chop.stop-kind 2", "setp chop.run 1"):
             self.host.command(line)
@@ -232,7 +232,7 @@ class Window(unittest.TestCase):
 
     def test_a_question_that_has_changed_is_asked_again(self):
         on = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "task.alive": True, "task.program": "idle"}
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread"):
             self.host.command(line)
         given = self.host.expect("given == 0", given="chop.go-to-end")
         finger = self.panel_with({**on, "chop.offset": 0.5})
@@ -293,7 +293,7 @@ class Window(unittest.TestCase):
         return {each.id for each in self.host.violations()}
 
     def test_strokes_are_held_at_once_and_go_on_after_a_question(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25",
                      "setp chop.section-0-kind 2", "setp chop.section-0-from -20", "setp chop.section-0-to -5", "setp chop.section-0-ratio 0.5"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
@@ -310,7 +310,7 @@ class Window(unittest.TestCase):
         finger.await_text("105 %")
 
     def test_strokes_and_a_section_by_pins_and_one_undo_takes_the_section_back(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.position 10", "setp chop.min-limit -100",
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread", "setp chop.position 10", "setp chop.min-limit -100",
                      "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
@@ -346,8 +346,20 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.host.get("chop.section-0-kind") == 0, "no section")
         self.assertEqual(self.host.get(["chop.section-0-from", "chop.section-0-to", "chop.section-0-ratio"]), [0, 0, 1])
 
+    def test_a_page_shows_the_sections_that_there_are(self):
+        for line in ("loadrt chopping names=none,one interlock=no sections=0,1", "addf none.update servo-thread"):
+            self.host.command(line)
+        finger = self.panel("--access", "operator")
+        finger.press("Chopping none")
+        finger.until(lambda: finger.find("Hold / go on"), "the page")
+        self.assertFalse(finger.find("Sections"))
+        finger.press("Chopping one")
+        finger.press("Sections")
+        finger.until(lambda: finger.find("Section 1"), "the section")
+        self.assertFalse(finger.find("Section 2"))
+
     def test_the_second_half_of_a_double_press_is_no_order(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Growth of Z")
@@ -366,7 +378,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: abs(self.host.get("chop.override") - 1.1) < 1e-9, "two steps by two presses")
 
     def test_a_press_while_the_page_changes_is_no_order_on_the_new_page(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")
@@ -459,7 +471,7 @@ class Window(unittest.TestCase):
 
     def test_strokes_end_by_pins_alone(self):
         """No LinuxCNC is here: neither task nor io lives."""
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread", "setp chop.upper 5", "setp chop.lower -25", "setp chop.position 10",
                      "setp chop.feed 100", "setp chop.min-limit -100", "setp chop.max-limit 100", "setp chop.motion-enabled 1", "setp chop.homed 1",
                      "setp chop.stop-kind 2", "setp chop.run 1"):
             self.host.command(line)
@@ -720,7 +732,7 @@ class Window(unittest.TestCase):
         self.assertEqual(self.host.get(["centre.entered", "centre.cut-number", "centre.status-code"]), [False, 0, 48])
 
     def test_buttons_are_in_the_list_of_changes(self):
-        for line in ("loadrt chopping names=chop interlock=no", "addf chop.update servo-thread"):
+        for line in ("loadrt chopping names=chop interlock=no sections=4", "addf chop.update servo-thread"):
             self.host.command(line)
         finger = self.panel("--access", "operator")
         finger.press("Chopping")

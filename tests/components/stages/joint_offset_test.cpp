@@ -567,7 +567,7 @@ struct Swinging {
                       std::to_string(std::lround(period * 1e9)));
         for (const char* line : {"loadrt joint_offset names=x-stage interlock=no",
                                  "loadrt siggen names=swing",
-                                 "loadrt chopping names=chop interlock=no",
+                                 "loadrt chopping names=chop interlock=no sections=4",
                                  "setp x-stage.min-limit -1000",
                                  "setp x-stage.max-limit 1000",
                                  "setp x-stage.joint-acceleration 2000",

@@ -26,7 +26,7 @@ struct StrokeRelease : testing::Test {
         for (const char* line :
              {"loadrt threads name1=servo-thread period1=1000000",
               "loadrt joint_offset names=z-stage interlock=no",
-              "loadrt chopping names=chop interlock=no",
+              "loadrt chopping names=chop interlock=no sections=4",
               "loadrt motion_joint names=motion",
               "loadrt lowpass names=drive",
               "setp z-stage.min-limit -1000",
