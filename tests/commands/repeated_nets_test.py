@@ -41,6 +41,11 @@ class RepeatedNets(unittest.TestCase):
         nets = self.nets("squareness", "CHAIN = w-X.b-W-Y-Z-t")[1]
         self.assertEqual([net for net in nets if net.startswith("w-")], [])
 
+    def test_a_signal_without_a_number_goes_to_each_post(self):
+        nets = self.nets("centre_height", "POSTS = 2", "XYZ")[1]
+        self.assertIn("x-position => centre.x-position-0 centre.x-position-1", nets)
+        self.assertIn("height-x-zero motion.analog-out-09 => centre.x-zero-0 centre.x-zero-1", nets)
+
     def test_each_sensor_has_the_nets_of_the_first_one(self):
         nets = self.nets("axis_growth", "SENSORS = 3")[1]
         self.assertEqual([net for net in nets if net.startswith("growth-temperature-age")],

@@ -467,10 +467,10 @@ void planning_chopping_beside_pid(benchmark::State& state) {
 
 // Without a procedure, with height and x of eight cuts on its pins.
 Subject centre_height() {
-    Subject subject{"centre_height", "update", {{"keyed", "1"}, {"cuts", "8"}, {"method", "3"}}, {}, "sigma"};
+    Subject subject{"centre_height", "update", {{"keyed", "1"}, {"cuts", "8"}, {"method", "3"}}, {}, "sigma", {{"keyed_cuts", "8"}}};
     for (int i = 0; i < 8; ++i) {
         const double x = 5 - 0.1 * i, y = i % 2 ? -1 : 1;
-        const std::string number = "-0" + std::to_string(i);
+        const std::string number = "-" + std::to_string(i);
         subject.settings.emplace_back("cut-diameter" + number, std::to_string(2 * std::hypot(x, y + 0.05)));
         subject.settings.emplace_back("cut-x" + number, std::to_string(x));
         subject.settings.emplace_back("cut-y" + number, std::to_string(y));

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace plumb {
@@ -47,29 +48,37 @@ struct HeightGauge final : hal::Group {
 
 // Cuts that an operator enters, for a computation without motion.
 struct KeyedCuts final : hal::Group {
-    using Group::Group;
-
     static constexpr std::size_t most = 12;
 
-    hal::In<bool> keyed{this, "keyed", false,
-                        "A compute uses cut-diameter-N, cut-x-N and cut-y-N, not the procedure."};
+    KeyedCuts(hal::Owner owner, std::size_t rows) : Group(owner), rows_(rows) {
+        if (rows > 0)
+            keyed_.emplace(this, "keyed", false,
+                           "A compute uses cut-diameter-N, cut-x-N and cut-y-N, not the procedure.");
+    }
+
     hal::In<std::int32_t> count{this, "cuts", 2, "Number of cuts: of cut-N, or those that compute alone."};
     hal::In<double> travel{this, "travel", 0, "mu", "Travel of X between the first two cuts; 0: positions."};
-    hal::Row<hal::In<double>, most> diameter{this, "cut-diameter", 0, "mu", "Diameter of this cut."};
-    hal::Row<hal::In<double>, most> x{this, "cut-x", 0, "mu", "X of this cut, as a radius, outward."};
-    hal::Row<hal::In<double>, most> y{this, "cut-y", 0, "mu", "Y of this cut, against the present one."};
+
+    bool keyed() const noexcept { return keyed_ && *keyed_; }
 
     TurnedCuts read(const HeightSettings::Values& now, bool by_radius) noexcept {
         TurnedCuts cuts;
         const std::int32_t wanted = count;
-        cuts.count = static_cast<std::size_t>(std::clamp<std::int32_t>(wanted, 0, most));
+        cuts.count = std::min(static_cast<std::size_t>(std::max<std::int32_t>(wanted, 0)), rows_);
         cuts.travel = travel;
         for (std::size_t i = 0; i < cuts.count; ++i) {
-            const double entry = diameter[i];
-            cuts.cuts[i] = {x[i], y[i], now.radius_of(by_radius ? 2 * entry : entry)};
+            const double entry = diameter_[i];
+            cuts.cuts[i] = {x_[i], y_[i], now.radius_of(by_radius ? 2 * entry : entry)};
         }
         return cuts;
     }
+
+private:
+    const std::size_t rows_;
+    std::optional<hal::In<bool>> keyed_;
+    hal::Row<hal::In<double>> diameter_{this, rows_, "cut-diameter", 0, "mu", "Diameter of this cut."};
+    hal::Row<hal::In<double>> x_{this, rows_, "cut-x", 0, "mu", "X of this cut, as a radius, outward."};
+    hal::Row<hal::In<double>> y_{this, rows_, "cut-y", 0, "mu", "Y of this cut, against the present one."};
 };
 
 // The orders of an operator or a program. Each is a rising edge.
@@ -243,19 +252,30 @@ struct CentreHeight final : hal::Component {
 
     hal::LengthUnit unit{this};
 
+    hal::Count posts{this,
+                     "posts",
+                     1,
+                     1,
+                     HeightSettings::most_posts,
+                     "Number of tool posts, 1 to 4: the rows x-position-N, x-zero-N and so on."};
+    hal::Count keyed_cuts{
+        this,
+        "keyed_cuts",
+        0,
+        0,
+        KeyedCuts::most,
+        "Number of cuts that an operator keys in, 0 to 12: the rows cut-diameter-N, cut-x-N and cut-y-N."};
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
     hal::Permission permission{this, interlock, "Y may be moved; else the value is only shown."};
     HeightOrders orders{this};
-    hal::Row<hal::In<double>, HeightSettings::posts> x_position{this, "x-position", 0, "mu",
-                                                                "Position of X, as a radius."};
-    hal::Row<hal::In<double>, HeightSettings::posts> y_position{this, "y-position", 0, "mu",
-                                                                "Position of Y."};
-    hal::Row<hal::In<double>, HeightSettings::posts> x_zero{
-        this, "x-zero", 0, "mu", "Position of X that the program calls 0, tool offset included."};
+    hal::Row<hal::In<double>> x_position{this, posts, "x-position", 0, "mu", "Position of X, as a radius."};
+    hal::Row<hal::In<double>> y_position{this, posts, "y-position", 0, "mu", "Position of Y."};
+    hal::Row<hal::In<double>> x_zero{
+        this, posts, "x-zero", 0, "mu", "Position of X that the program calls 0, tool offset included."};
     hal::In<double> spindle_load{this, "spindle-load", 0, "%", "Load of the spindle of the work."};
     HeightGauge gauge{this};
-    KeyedCuts keyed_cuts{this};
-    HeightSettings settings{this};
+    KeyedCuts keyed{this, keyed_cuts};
+    HeightSettings settings{this, posts};
 
     hal::Out<bool> cut_taken{this, "cut-taken",
                              "The position of the cut was taken or refused, while cut-done is true."};
@@ -291,10 +311,10 @@ struct CentreHeight final : hal::Component {
             taken_ = procedure_.take_back(-given.corrected);
         else if ((given.value || given.entry) && procedure_.state() == State::measure)
             take_diameter(now, given);
-        else if (given.compute && keyed_cuts.keyed)
-            procedure_.compute(now, keyed_cuts.read(now, gauge.kind == 1));
+        else if (given.compute && keyed.keyed())
+            procedure_.compute(now, keyed.read(now, gauge.kind == 1));
         else if (given.compute)
-            procedure_.compute(now, keyed_cuts.travel);
+            procedure_.compute(now, keyed.travel);
         cut_taken_ &= given.cut_done;
         taken_ &= given.value_ready || given.entered;
 
@@ -327,8 +347,8 @@ private:
     HeightProcedure::Entry entered(const HeightOrders::Given& given) noexcept {
         HeightProcedure::Entry entry;
         entry.diameter = gauge.as_diameter(orders.entered_diameter);
-        entry.wanted = given.cuts >= 1 ? given.cuts : keyed_cuts.count;
-        entry.travel = keyed_cuts.travel;
+        entry.wanted = given.cuts >= 1 ? given.cuts : keyed.count;
+        entry.travel = keyed.travel;
         return entry;
     }
 

@@ -15,9 +15,13 @@ namespace plumb {
 
 // The settings of integrator and operator.
 struct HeightSettings final : hal::Group {
-    using Group::Group;
+    HeightSettings(hal::Owner owner, std::size_t posts) : Group(owner), posts_(posts) {}
 
-    static constexpr std::size_t posts = 4;
+private:
+    const std::size_t posts_;  // their number
+
+public:
+    static constexpr std::size_t most_posts = 4;
     static constexpr double farthest = 1e5;  // mu
     static constexpr hal::Range methods{0, 3}, posts_in_use{0, 3}, signs{-1, 1};
     static constexpr hal::Range sigmas{0, 1}, lengths{0, farthest};
@@ -30,13 +34,16 @@ struct HeightSettings final : hal::Group {
                          hal::machine()};
     hal::In<std::int32_t> post{this, "post", 0, "Slide and spindle in use, 0 to 3.",
                                hal::machine(posts_in_use)};
-    hal::Row<hal::In<bool>, posts> x_reversed{
-        this, "x-reversed", false, "The tool is on the side of -X: +X goes inward.", hal::machine()};
-    hal::Row<hal::In<bool>, posts> inverted{this, "inverted", false,
-                                            "The tool rubs below the axis: upside down, or reversed spindle.",
-                                            hal::machine()};
-    hal::Row<hal::In<double>, posts> axes_angle{
-        this, "axes-angle", 90, "deg", "Angle from outward X to +Y.", hal::machine(between_axes)};
+    hal::Row<hal::In<bool>> x_reversed{
+        this, posts_, "x-reversed", false, "The tool is on the side of -X: +X goes inward.", hal::machine()};
+    hal::Row<hal::In<bool>> inverted{this,
+                                     posts_,
+                                     "inverted",
+                                     false,
+                                     "The tool rubs below the axis: upside down, or reversed spindle.",
+                                     hal::machine()};
+    hal::Row<hal::In<double>> axes_angle{
+        this, posts_, "axes-angle", 90, "deg", "Angle from outward X to +Y.", hal::machine(between_axes)};
     hal::In<bool> x_is_radius{this, "x-is-radius", false,
                               "X less x-zero is the programmed radius; entries are compared with it.",
                               hal::must()};
@@ -173,7 +180,7 @@ struct HeightSettings final : hal::Group {
         hal::SettingsReader read;
         const std::int32_t its_method = read(method), own_post = read(post);
         const double its_post = post_word == 0 ? own_post : post_word - 1;
-        const bool has_post = its_post > -0.5 && its_post < posts - 0.5;
+        const bool has_post = its_post > -0.5 && its_post < static_cast<double>(posts_) - 0.5;
         const double own_sign = read(sign), its_sign = program_sign;
         const bool has_sign = its_sign == 0 || its_sign == 1 || its_sign == -1;
         now.sign = has_sign && its_sign != 0 ? its_sign : own_sign;

@@ -9,9 +9,9 @@ def check(machinery):
     get, put, unit = machinery.get, machinery.set, machinery.unit
     settings = {"centre.keyed": True, "centre.method": 1, "centre.cuts": 2, "centre.clearance-angle": 0, "centre.max-sigma": 0.1 * unit, "centre.largest-burr": 0}
     for index, y in enumerate((STEP, -STEP)):
-        settings["centre.cut-diameter-%02d" % index] = 2 * (RADIUS**2 + (y + HEIGHT) ** 2) ** 0.5 * unit
-        settings["centre.cut-x-%02d" % index] = RADIUS * unit
-        settings["centre.cut-y-%02d" % index] = y * unit
+        settings["centre.cut-diameter-%d" % index] = 2 * (RADIUS**2 + (y + HEIGHT) ** 2) ** 0.5 * unit
+        settings["centre.cut-x-%d" % index] = RADIUS * unit
+        settings["centre.cut-y-%d" % index] = y * unit
     before = {name: get(name) for name in [*settings, "centre.x-is-radius"]}
     put("centre.x-is-radius", False)
     for name, value in settings.items():

@@ -204,7 +204,7 @@ def procedure(case, seed):
     """The Procedure of lathe `seed`: its cuts, and what centre_height makes of the first 2, 3, ... of them."""
     import plumb
 
-    with plumb.Host() as host:
+    with plumb.Host(options={"centre_height.keyed_cuts": "12"}) as host:
         lathe = Lathe(host)
         lathe.set_up(case)
         host.run(0.002)
@@ -219,7 +219,7 @@ def procedure(case, seed):
         truth = UM * host.get("trial.truth-effective-height")
         for i, (x, y, diameter) in enumerate(cuts):
             for pin, value in (("x", x), ("y", y), ("diameter", diameter)):
-                host.set(f"centre.cut-{pin}-{i:02}", value)
+                host.set(f"centre.cut-{pin}-{i}", value)
         host.set("centre.keyed", True)
         host.command("unlinkp centre.cuts")
         heights = [(np.nan, np.nan)]

@@ -16,7 +16,7 @@ import numpy as np
 from support.lathe_machine import METHODS, UM, WORKS
 from support.recordings import read_columns, write_rows
 
-CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre interlock=no", "addf centre.update servo-thread", "start")
+CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre keyed_cuts=12 interlock=no", "addf centre.update servo-thread", "start")
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault", "detail-code", "status-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
@@ -161,7 +161,7 @@ class Operator:
 
         cuts = len(procedures[0][1])
         self.set({"cuts": cuts, "stock-diameter": stock})
-        pins = ["sign"] + ["cut-%s-%02d" % (what, i) for i in range(cuts) for what in ("x", "y", "diameter")]
+        pins = ["sign"] + ["cut-%s-%d" % (what, i) for i in range(cuts) for what in ("x", "y", "diameter")]
         with TemporaryFolder() as folder:
             entries, results = (os.path.join(folder, name) for name in ("entries.csv", "results.csv"))
             header = ["time"] + ["centre." + pin for pin in pins + ["compute"]]

@@ -34,7 +34,7 @@ struct Lathe {
 class CentreHeight : public testing::Test {
 protected:
     CentreHeight() : bench(Bench::Thread::servo, with_specimens(true)) {
-        bench.command("loadrt centre_height names=centre interlock=no");
+        bench.command("loadrt centre_height names=centre interlock=no posts=4 keyed_cuts=12");
         bench.command("addf centre.update servo-thread");
         set("gauge-sigma", 0.0003);
         set("enable", 1);
@@ -94,7 +94,7 @@ protected:
         set("cuts", static_cast<double>(cuts.size()));
         set("travel", travel);
         for (std::size_t i = 0; i < cuts.size(); ++i) {
-            const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
+            const std::string number = std::to_string(i);
             set("cut-diameter-" + number, cuts[i].diameter);
             set("cut-x-" + number, cuts[i].x);
             set("cut-y-" + number, cuts[i].y);
@@ -1158,11 +1158,46 @@ TEST_F(CloseToCentre, UnequalDepthsCountInSigma) {
     EXPECT_LT(get("sigma"), 1.2 * sigma) << "all passes are as deep";
 }
 
+TEST_F(CentreHeight, HasThePinsOfItsPostsAndKeyedCuts) {
+    bench.command("unloadrt centre_height");
+    bench.command("loadrt centre_height names=one,two posts=1,2 keyed_cuts=0,3");
+    for (const std::string stem :
+         {"x-position-", "y-position-", "x-zero-", "x-reversed-", "inverted-", "axes-angle-"}) {
+        bench.get("one." + stem + "0");
+        EXPECT_ANY_THROW(bench.get("one." + stem + "1")) << stem;
+        bench.get("two." + stem + "1");
+        EXPECT_ANY_THROW(bench.get("two." + stem + "2")) << stem;
+    }
+    for (const std::string pin : {"keyed", "cut-diameter-2", "cut-x-2", "cut-y-2"}) {
+        EXPECT_ANY_THROW(bench.get("one." + pin)) << pin;
+        bench.get("two." + pin);
+    }
+    EXPECT_ANY_THROW(bench.get("two.cut-x-3"));
+}
+
+// A program may name a post that the machine does not have.
+TEST_F(CentreHeight, APostThatIsNotThereIsRefused) {
+    bench.command("unloadrt centre_height");
+    bench.command("loadrt centre_height names=centre interlock=no posts=2 keyed_cuts=2");
+    bench.command("addf centre.update servo-thread");
+    for (const int post : {1, 2}) {
+        set("post", post);
+        set("largest-burr", 0);
+        const Lathe lathe;
+        key(1, {{2 * lathe.radius(5, 1), 5, 1}, {2 * lathe.radius(5, -1), 5, -1}});
+        step();
+        EXPECT_EQ(get("value-valid"), post == 1) << "post " << post;
+        set("compute", 0);
+        step();
+    }
+}
+
 // Whatever an input holds, no output is nonsense, and Y moves no further than max-move.
 TEST_F(CentreHeight, NoInputMakesNonsense) {
     const Lathe lathe;
     const Module module(build_folder() + "/modules/centre_height.so");
-    const hal::Declarations declared(module.model(), {{"interlock", "no"}});  // as in the fixture
+    const hal::Declarations declared(
+        module.model(), {{"interlock", "no"}, {"posts", "4"}, {"keyed_cuts", "12"}});  // as in the fixture
     for (const hal::PinInfo& pin : declared.pins)
         if (pin.output && pin.type == hal::Type::real)
             bench.expect("finite(x)", {{"x", "centre." + pin.name}});
