@@ -23,7 +23,6 @@ SETTINGS = {
     "artifact.both-orientations": False,
     "artifact.work-time": 900,
     "artifact.use-replay": True,
-    "growth-test.sensors": 4,
     "growth-test.minimum-time": 7200,
     "growth-test.maximum-time": 14400,
     "growth-test.max-scatter": 0.012,
@@ -33,7 +32,7 @@ SETTINGS = {
 
 def add_growth_test(host, seed, factor):
     """The nets of configs/growth/bench.hal, but for Z, whose growth and compensation are those of the mill."""
-    for line in ("loadrt sim_artifact names=artifact", "loadrt thermal_growth_test names=growth-test interlock=no", "loadrt scale names=spoilt", "loadrt mux2 names=switched"):
+    for line in ("loadrt sim_artifact names=artifact", "loadrt thermal_growth_test names=growth-test interlock=no sensors=4", "loadrt scale names=spoilt", "loadrt mux2 names=switched"):
         host.command(line)
     with open(os.path.join(ROOT, "configs", "growth", "bench.hal"), encoding="utf-8") as file:
         for line in file:

@@ -207,6 +207,7 @@ Complaints about_truth(Bench& bench, const std::set<std::string>& compensations)
     return result;
 }
 
+constexpr int most_inputs = 70;      // of a function, without records
 constexpr double poison_time = 0.3;  // s, as long as the good value has between two bad ones
 
 // An output that moves an axis, and the setting that limits its change per second; pins of the bench.
@@ -340,6 +341,15 @@ TEST_P(Conformance, TheInputsOfAFunctionAreSettingsOrSignals) {
         EXPECT_TRUE(std::regex_search(text, std::regex("\\b" + pattern + "\\b")))
             << pin.name << " has no level, and nothing nets it";
     }
+}
+
+// Options give more: an instance has the pins of what its machine has.
+TEST_P(Conformance, AFunctionHasFewInputsByDefault) {
+    if (module.model().role != hal::Role::compensation) return;
+    const hal::Declarations declared(module.model());
+    EXPECT_LE(std::count_if(declared.pins.begin(), declared.pins.end(),
+                            [](const hal::PinInfo& pin) { return !pin.output && !is_of_records(pin); }),
+              most_inputs);
 }
 
 TEST_P(Conformance, EachFunctionHasAPlaceInTheOrderOfAThread) {

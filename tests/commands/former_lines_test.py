@@ -40,7 +40,7 @@ GONE = {
     "growth.exclude-operation-7": "exclude-operation-0 to -3",
     "growth.lost-time-tolerance": "constant now, 0.002 s", "centre.known-x-sigma": "make one more cut",
     "centre.stock-sigma": "constant now, 0.01 mm", "growth-test.range-share": "constant now, 0.15",
-    "centre.cut-x-07": "cut-x-7; the option keyed_cuts gives the number",
+    "centre.cut-x-07": "cut-x-7; the option keyed_cuts gives the number", "growth-test.sensors": "sensors=N into the line loadrt thermal_growth_test",
 }
 
 

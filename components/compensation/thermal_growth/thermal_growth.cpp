@@ -121,16 +121,21 @@ private:
 
 // The sensors of temperature.
 struct Temperatures : hal::Group {
-    using Group::Group;
+    Temperatures(hal::Owner owner, std::size_t sensors) : Group(owner), sensors_(sensors) {}
 
-    static constexpr hal::Range counts{0, 8}, places{-1, 7}, times{0, 1e6}, temperatures{-100, 500};
-    hal::In<std::int32_t> sensors{this, "sensors", 0, "Number of temperature sensors, 0 to 8.",
-                                  hal::machine(counts)};
-    hal::Row<hal::In<double>, 8> value{this, "temperature", 20.0, "degC", "Temperature of this sensor."};
-    hal::Row<hal::In<bool>, 8> valid{this, "temperature-valid", true, "The sensor reports that it is valid."};
-    hal::Row<hal::In<double>, 8> age{this, "temperature-age", 0.0, "s", "Age of the temperature."};
-    hal::Row<hal::In<bool>, 8> decides{this, "temperature-decides", true, "The stop rule reads this sensor.",
-                                       hal::machine()};
+private:
+    const std::size_t sensors_;  // their number
+
+public:
+    static constexpr std::size_t most = 8;
+    static constexpr hal::Range places{-1, most - 1}, times{0, 1e6}, temperatures{-100, 500};
+    hal::Row<hal::In<double>> value{this, sensors_, "temperature",
+                                    20.0, "degC",   "Temperature of this sensor."};
+    hal::Row<hal::In<bool>> valid{this, sensors_, "temperature-valid", true,
+                                  "The sensor reports that it is valid."};
+    hal::Row<hal::In<double>> age{this, sensors_, "temperature-age", 0.0, "s", "Age of the temperature."};
+    hal::Row<hal::In<bool>> decides{
+        this, sensors_, "temperature-decides", true, "The stop rule reads this sensor.", hal::machine()};
     hal::In<double> max_age{this, "max-age", 30, "s", "Largest age of a temperature.", hal::machine(times)};
     hal::In<double> sample_time{
         this, "sample-time", 60, "s", "Time between two temperature records.", hal::must(times)};
@@ -145,18 +150,15 @@ struct Temperatures : hal::Group {
         r.good = r.artifact_good = true;
         r.decides = 0;
         r.sample_time = sample_time;
-        const std::int32_t wanted = sensors;
-        r.count = wanted < 0 ? 0 : wanted > 8 ? 8 : wanted;
-        r.good = wanted == r.count;
+        r.count = static_cast<int>(sensors_);
         const double oldest = max_age;
-        for (std::size_t i = 0; i < 8; ++i) {
+        for (std::size_t i = 0; i < sensors_; ++i) {
             const double now = value[i], since = age[i];
             const bool fine = valid[i] && now > -100 && now < 500 && since >= 0 && since <= oldest;
-            const bool used = static_cast<int>(i) < r.count;
-            r.value[i] = used && fine ? now : NAN;
+            r.value[i] = fine ? now : NAN;
             r.age[i] = std::abs(since) <= 1e6 ? since : 1e6;
-            if (used && decides[i]) r.decides |= 1U << i;
-            if (used && !fine) r.good = false;
+            if (decides[i]) r.decides |= 1U << i;
+            if (!fine) r.good = false;
         }
         const std::int32_t sensor = artifact;
         if (sensor >= 0 && sensor < r.count) {
@@ -399,11 +401,14 @@ struct ThermalGrowthTest final : hal::Component {
     using Component::Component;
 
     hal::LengthUnit unit{this};
+    hal::Count sensors{
+        this, "sensors",          0,
+        0,    Temperatures::most, "Number of temperature sensors, 0 to 8: the rows temperature-N and so on."};
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
     hal::Permission permission{this, interlock};
     Program program{this};
     Machine machine{this};
-    Temperatures temperatures{this};
+    Temperatures temperatures{this, sensors};
     StopSettings stop_settings{this};
 
     TestReport report{this};

@@ -43,7 +43,7 @@ class GrowthTestPage(FunctionPage):
         self._history = _temperatures.setdefault(self.instance.name, History(every=20))
         self._changes = _changes.setdefault(self.instance.name, collections.deque(maxlen=3 * 180))  # three hours
         self._figures = Figures(_("Elapsed"), _("Remaining"), _("Pass"), _("Change"))
-        count = int(self.panel.values.get(self.instance.full("sensors"), 0))
+        count = self._number_of_sensors()
         names = [_("Sensor {number}").format(number=place) for place in range(min(count, 3))]
         self._chart = Chart(self.panel, self._history, names, "\u00b0C")
         self._sensors = label("")
@@ -52,6 +52,9 @@ class GrowthTestPage(FunctionPage):
         return [self._figures, card(label(_("Temperatures"), "value"), self._sensors), self._chart,
                 card(label(_("Drift of the bores without compensation, in X, Y and Z"), "value"), self._drift),
                 card(label(_("Last bore"), "value"), self._bore), PlanCard(self.panel)]
+
+    def _number_of_sensors(self):
+        return sum(short.startswith("temperature-valid-") for short in self.instance.pins)
 
     def buttons(self):
         starts = [self.remedy("resume" if name == RESUME else "start", button(_("Start {program}").format(program=name), lambda name=name: self._start(name)))
@@ -62,7 +65,7 @@ class GrowthTestPage(FunctionPage):
         get = lambda short: self.get(values, short, 0)  # noqa: E731
         self._moved.observe(get("visit"), get("at-bore"), not get("repeat"), (int(get("bore-key")), bool(get("turned"))),
                             tuple(float(get("bore-" + axis)) for axis in "xyz"))
-        count = int(self.get(values, "sensors"))
+        count = self._number_of_sensors()
         if not self._history.add(*[float(self.get(values, "temperature-%d" % place)) for place in range(min(count, 3))]):
             return
         elapsed = float(self.get(values, "elapsed", 0.0))
@@ -88,7 +91,7 @@ class GrowthTestPage(FunctionPage):
         change = self.get(values, "temperature-change", 0.0)
         self._figures.show_value(_("Change"), "\u2013" if change >= 1000 else "%.2f K" % change)
         lines = []
-        for place in range(int(self.get(values, "sensors"))):
+        for place in range(self._number_of_sensors()):
             valid = self.get(values, "temperature-valid-%d" % place)
             age = float(self.get(values, "temperature-age-%d" % place, 0.0))
             lines.append("%s %d: %s \u00b0C, %s" % ("\u2714" if valid else "\u2716", place, number(float(self.get(values, "temperature-%d" % place)), 4),

@@ -20,10 +20,9 @@ struct ThermalGrowthTest : testing::Test {
 
     ThermalGrowthTest() {
         bench.command("loadrt threads name1=servo-thread period1=100000000");
-        bench.command("loadrt thermal_growth_test names=it interlock=no");
+        bench.command("loadrt thermal_growth_test names=it interlock=no sensors=2");
         bench.command("addf it.update servo-thread");
         bench.command("start");
-        bench.set("it.sensors", 2);
         bench.set("it.minimum-time", 0);
     }
 
@@ -91,6 +90,14 @@ struct ThermalGrowthTest : testing::Test {
         tick();
     }
 };
+
+TEST_F(ThermalGrowthTest, HasTheRowsOfItsSensors) {
+    for (const std::string stem :
+         {"temperature-", "temperature-valid-", "temperature-age-", "temperature-decides-"}) {
+        get(stem + "1");
+        EXPECT_ANY_THROW(get(stem + "2")) << stem;
+    }
+}
 
 TEST_F(ThermalGrowthTest, GivesTheBoreWithoutTheCompensation) {
     begin();

@@ -512,7 +512,7 @@ class Chopping(Machinery):
 
 
 class GrowthTest(Machinery):
-    LINES = ("loadrt thermal_growth_test names=test interlock=no", "setp test.sensors 1", "addf test.update servo-thread")
+    LINES = ("loadrt thermal_growth_test names=test interlock=no sensors=1", "addf test.update servo-thread")
 
     def test_a_program_that_died_is_no_pass(self):
         self.assert_status("test", "off", "No test runs.")

@@ -175,7 +175,7 @@ class Window(unittest.TestCase):
         self.assertEqual(done.status, 0, done.output)
 
     def test_the_page_of_a_growth_test_shows_state_and_remaining_time(self):
-        for line in ("loadrt thermal_growth_test names=test interlock=no", "addf test.update servo-thread", "setp test.sensors 2", "setp test.running 1"):
+        for line in ("loadrt thermal_growth_test names=test interlock=no sensors=2", "addf test.update servo-thread", "setp test.running 1"):
             self.host.command(line)
         finger = self.panel()
         finger.press("Growth test")
@@ -507,6 +507,15 @@ class Window(unittest.TestCase):
             file.write("[SQUARENESS]\nCHAIN = w-X-Y.b-Z-C-t\n")
         for line in ("setp square.max-speed 100", "setp square.ea0z 0.00002", "setp square.eb0x -0.00003", "setp square.axis-direction 1", *more):
             self.host.command(line)
+
+    def test_the_chains_of_a_choice_have_the_axes_of_the_machine(self):
+        self.set_square()
+        finger = self.panel()
+        finger.press("Squareness")
+        finger.press("Measure and set up")
+        finger.until(lambda: finger.find("b-X-Y-Z-C-t"), "a chain of X, Y and Z")
+        self.assertFalse(finger.find("w-X.b-W-Y-Z-C-t"))
+        finger.await_text("For a chain with another axis, such as W, change [SQUARENESS]CHAIN")
 
     def enter_lean(self, finger, lean, direction, angle):
         finger.press(lean)

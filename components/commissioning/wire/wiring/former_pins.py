@@ -42,7 +42,7 @@ INSTEAD = {
         (r"lost-time-tolerance", CONSTANT % "0.002 s"),
         (r"steady-time", CONSTANT % "0.2 s"),
     ),
-    "thermal_growth_test": ((r"range-share", CONSTANT % "0.15"),),
+    "thermal_growth_test": ((r"sensors", "sensors=N into the line loadrt thermal_growth_test"), (r"range-share", CONSTANT % "0.15"),),
     "centre_height": ((r"(cut-(?:diameter|x|y)-)0(\d)", "{0}{1}; the option keyed_cuts gives the number of cuts"),
                       (r"x-known|known-x(?:-sigma)?", "nothing: make one more cut"), (r"stock-sigma", CONSTANT % "0.01 mm"),
                       (r"automatic", "nothing: the permit of interlock says it"), (r"interlock-status|enable", BY_PERMIT)),

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """thermal_growth_test: one bore, probed twice, moved by a shim between the two."""
 
+import re
+
 from commissioning.judging import Verdict, good, judge
 from commissioning.steps import Field, Step
 from panel.texts import _, number
@@ -9,9 +11,9 @@ MOVES_NOTHING = True
 BORE = ("bore-x", "bore-y", "bore-z")
 
 
-def needs(rig, instance):
+def needs(_rig, instance):
     """Inputs that the HAL file of the function leaves to the user."""
-    return ["temperature-%d" % sensor for sensor in range(int(rig.get(instance, "sensors")))]
+    return [short for short in instance.pins if re.fullmatch(r"temperature-\d", short)]
 
 
 def steps(session):
