@@ -7,6 +7,7 @@
 For each way it learns from a part on the cold machine, and makes two more. Before each of these the spindle grows.
 """
 
+import re
 import sys
 
 import plumb
@@ -23,7 +24,7 @@ WAYS = {  # by-time, clock-from-program
 
 
 def make_parts(machine, way):
-    """The contacts that were accepted, those that were found, the offset and the growth in mm, and the last rejection."""
+    """The contacts that were accepted, those that were found, the offset and the growth in mm, and why the last one was rejected."""
     host = machine.host
     by_time, from_program = WAYS[way]
     host.set("growth.by-time", by_time)
@@ -39,12 +40,12 @@ def make_parts(machine, way):
         machine.mdi("M68 E1 Q%g" % (part * GROWTH))
         machine.run("part.ngc")
     accepted, contacts = (now - then for now, then in zip(host.get(["growth.contacts-accepted", "growth.contacts"]), before))
-    code = host.get("growth.rejection-code") if accepted < contacts else 0
+    code = host.get("growth.detail-code") if accepted < contacts else 0
     return accepted, contacts, host.get("axis.z.eoffset"), host.get("mill.truth-growth"), code
 
 
 def main():
-    reasons = plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
+    reasons = plumb.declarations("thermal_displacement")["codes"]["detail-code"]
     with Machine() as machine:
         machine.turn_on()
         machine.home()
@@ -52,7 +53,7 @@ def main():
         print("contacts by            accepted   offset of growth, um")
         for way in WAYS:
             accepted, contacts, offset, growth, code = make_parts(machine, way)
-            reason = "  " + reasons[code] if code else ""
+            reason = "  " + re.sub(r" \([^)]*\}\)", "", reasons[code]) if code else ""  # without the values of one contact
             print("%-20s %5d of %2d %8.1f of %.1f%s" % (way, accepted, contacts, 1e3 * offset, 1e3 * growth, reason), flush=True)
 
 

@@ -19,7 +19,7 @@ call raises HostDied with its last words. A Host is for one thread at a time.
 
 The sentences of a module's codes come from its declarations:
 
-    plumb.declarations("thermal_displacement")["codes"]["rejection-code"][8]
+    plumb.declarations("thermal_displacement")["codes"]["detail-code"][38]
 """
 
 import collections

@@ -49,7 +49,7 @@ NUMBERS = {
     "missed": "growth.contacts-missed",
     "unexpected": "growth.contacts-unexpected",
     "rejected": "growth.contacts-rejected",
-    "rejection": "growth.rejection-code",
+    "rejection": "growth.detail-code",
 }
 VERDICTS = ("accepted", "missed", "unexpected", "rejected")  # of thermal_displacement on a contact
 
@@ -97,7 +97,7 @@ def warm_cuts(cuts):
 
 
 def find_verdicts(recording):
-    """(time, verdict, rejection code or 0) of each contact that thermal_displacement judged."""
+    """(time, verdict, detail-code of a rejection or 0) of each contact that thermal_displacement judged."""
     found = []
     for verdict in VERDICTS:
         increments = np.diff(recording[verdict])

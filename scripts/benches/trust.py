@@ -28,7 +28,7 @@ from support.simulations import duration_text, simulate_all
 TARGETS = "simulation_mill"
 EVERY = 0.1  # s between two rows of a recording
 LEAD = 3  # s
-UNKNOWN = 11  # doubt-code: of the first part after a start
+UNKNOWN = 51  # status-code: of the first part after a start
 RATES = (500, 1000, 4000)  # Hz, of the servo thread
 WORSE = 5  # um
 CLEAN = 2  # um, most standard deviation of the reference by a load that is clean
@@ -37,8 +37,8 @@ TEACH = 1800  # s from the start of an attack's run to its begin
 ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
-COLUMNS += ["growth.contacts", "growth.contacts-rejected", "growth.rejection-code"]
-COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.doubt-code", "growth.authority", "growth.gate", *("growth." + pin for pin in ANNOUNCING)]
+COLUMNS += ["growth.contacts", "growth.contacts-rejected", "growth.detail-code"]
+COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.status-code", "growth.authority", "growth.gate", *("growth." + pin for pin in ANNOUNCING)]
 
 
 # --- attacks ---
@@ -193,7 +193,7 @@ def find_cuts(column, excluded=()):
         cut["worse"] = abs(cut["error"]) - abs(cut["error"] - offset)
         cut["sigma"] = 1000 * column["growth.offset-sigma"][early[i]]
         cut["announced"] = announced[i]
-        cut["code"] = column["growth.doubt-code"][early[i]]
+        cut["code"] = column["growth.status-code"][early[i]]
         cut["authority"] = column["growth.authority"][early[i]]
         cut["gate"] = 1000 * column["growth.gate"][early[i]]
         cut["gauge"] = column["mill.truth-cut-operation"][rows[i]] not in excluded
@@ -227,7 +227,7 @@ def record(host, folder, seed, attacks, duration, progress, growth=None, second=
     return read_columns(path)
 
 
-UNCERTAIN = (8, 9, 10)  # doubt-code: the growth is uncertain, or authority holds a part of it back. The panel shows it, without a message
+UNCERTAIN = (55, 61, 62)  # status-code: the growth is uncertain, or authority holds a part of it back. The panel shows it, without a message
 NOTICES = (*UNCERTAIN, UNKNOWN)
 
 
@@ -243,9 +243,9 @@ def simulate(seed, rate, name, duration, progress, growth=None, second=False):
         column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
         excluded = excluded_operations(host)
     cuts, _, times = find_cuts(column, excluded)
-    code = column["growth.doubt-code"]
+    code = column["growth.status-code"]
     messages = begins(column["growth.doubt"] * ~np.isin(code, NOTICES) + column["growth.fault"])
-    return cuts, times, messages, begins(np.isin(code, UNCERTAIN)), 1000 * column["growth.reference-sigma"][-1]
+    return cuts, times, messages, begins(column["growth.doubt"] * np.isin(code, UNCERTAIN)), 1000 * column["growth.reference-sigma"][-1]
 
 
 def begins(signal):
@@ -322,7 +322,7 @@ def honest(cuts):
 
 def attack_table(attacks, outcomes):
     width = max(len(attack.name) for attack in attacks)
-    lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  codes"]
+    lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  status-codes"]
     for attack, (cuts, times, *_) in zip(attacks, outcomes):
         since = cuts[times >= TEACH]
         if not len(since):  # nothing was learned
@@ -334,7 +334,7 @@ def attack_table(attacks, outcomes):
         codes = ",".join(str(code) for code in np.unique(since["code"][since["announced"]]))
         lines.append(
             f"{attack.name:{width}}{rms(since['error']):7.1f}{rms(without):9.1f}{since['worse'].max():10.1f}"
-            f"{max(beyond.max(), 0):8.1f}{silent:6d} of {len(since):<4d} {np.mean(since['announced']):4.0%} announced; codes {codes or '-'}"
+            f"{max(beyond.max(), 0):8.1f}{silent:6d} of {len(since):<4d} {np.mean(since['announced']):4.0%} announced; status-codes {codes or '-'}"
         )
     return lines
 
@@ -406,7 +406,7 @@ def clean_line(rows, hours):
     messages, statuses = (100 * sum(row[name] for row in rows) / (hours * len(rows)) for name in ("messages", "statuses"))
     return (
         f"  {len(rows)} machines with a clean load (reference-sigma <= {CLEAN} um): announced {announced:.1%} of the cuts, {told:.1%} after the first part, "
-        f"{by_status:.1%} by the panel's status alone (doubt-code 8 to 10)\n"
+        f"{by_status:.1%} by the panel's status alone (status-code 55, 61, 62)\n"
         f"  in 100 h: {messages:.1f} messages, {statuses:.1f} times a doubt by the status alone"
     )
 

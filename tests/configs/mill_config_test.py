@@ -183,15 +183,14 @@ class Shift(unittest.TestCase):
                 self.assertAlmostEqual(its["growth-estimate"], growth, delta=4 * um, msg=str(its))
         for name in ("higher table, probed", "higher blanks, answered", "another depth, answered", "touched off", "tool touched off"):
             its = seen[name]
-            self.assertEqual((its["doubt-code"], its["shift-size"], its["origin-change"], its["accepted"], its["messages"]), (0, 0, 0, 5, []), name)
+            self.assertEqual((its["doubt"], its["shift-size"], its["origin-change"], its["accepted"], its["messages"]), (0, 0, 0, 5, []), name)
         self.assertAlmostEqual(seen["higher blanks"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["longer tool"]["shift-size"], 30 * um, delta=4 * um)
         self.assertAlmostEqual(seen["another depth"]["origin-change"], -8 * um, delta=0.01 * um)
-        declared = plumb_contacts.plumb.declarations("thermal_displacement")
-        doubts, change = declared["codes"]["doubt-code"], declared["statuses"]["54"]["sentence"]
-        for name, sentence, size in (("higher blanks", doubts[6], 30), ("longer tool", doubts[4], 30), ("another depth", change, -8)):
+        statuses = plumb_contacts.plumb.declarations("thermal_displacement")["statuses"]
+        for name, status, size in (("higher blanks", "53", 30), ("longer tool", "56", 30), ("another depth", "54", -8)):
             (text,) = seen[name]["messages"]
-            shown = re.fullmatch(re.escape("Growth of Z: " + sentence) + r" Size: (\u2212?\d+\.\d) µm\. .*growth_answer.*", text)
+            shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + r" Size: (\u2212?\d+\.\d) µm\. .*growth_answer.*", text)
             self.assertTrue(shown, text)
             self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=4)
 

@@ -18,7 +18,7 @@ from starts import starts
 TOLERANCE = 6 * um  # of the cuts
 MAX_RATE = 0.1  # mm/s, of the stage
 STEP = 0.5 * nm  # of a cycle, at least, in motion: at home LinuxCNC 2.9.4 sets its command exactly, by 0.2 nm
-UNKNOWN = 11  # doubt-code
+UNKNOWN = 51  # status-code
 OPERATIONS = [10, 10, 10, 20, 20, 30]
 # Parts made with compensation: their names give the event before them.
 COMPENSATED = {
@@ -172,8 +172,8 @@ class Days(unittest.TestCase):
         contact = changes(day["growth.contacts-accepted"])[0]
         cycle = self.rows("second", "after_restart")[0]
         self.assertLess(cycle, contact)
-        self.assertEqual(set(day["growth.doubt-code"][cycle:contact]), {UNKNOWN})
-        self.assertEqual(day["growth.doubt-code"][self.rows("second", "after_restart")[-1]], 0)
+        self.assertEqual(set(day["growth.status-code"][cycle:contact]), {UNKNOWN})
+        self.assertFalse(day["growth.doubt"][self.rows("second", "after_restart")[-1]])
         self.assertGreater(first, contact)
         unknown = [text for text in self.facts["second"]["messages"] if "growth is not known" in text]
         self.assertEqual(unknown, ["Growth of Z: Waits for the first contact: the growth is not known yet. The program brings it. Until then nothing is corrected: pre-cut, probe, or accept."])

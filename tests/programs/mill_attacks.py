@@ -8,7 +8,7 @@ from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
 
 COLUMNS = ["scene", "axis.z.eoffset", "motion.digital-out-00", "motion.motion-enabled", "mill.engagement", "mill.truth-growth", "mill.truth-cuts"]
-COLUMNS += ["mill.truth-cut-error", "mill.truth-cut-operation", "growth.offset-sigma", "growth.doubt", "growth.doubt-code"]
+COLUMNS += ["mill.truth-cut-error", "mill.truth-cut-operation", "growth.offset-sigma", "growth.doubt"]
 COLUMNS += ["growth.fault", "growth.reference-refused", "growth.learning-failed", "growth.contacts-accepted", "growth.authority"]
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine
 ATTACKED = 3  # parts

@@ -39,7 +39,8 @@ COLUMNS = [
     "mill.truth-cut-operation",
     "growth.contacts",
     "growth.contacts-accepted",
-    "growth.doubt-code",
+    "growth.doubt",
+    "growth.status-code",
 ]
 NAME = sys.argv[-1]  # of the day
 WORK = "G10 L2 P1 X0 Y0 Z-250"  # where it is, in this machine

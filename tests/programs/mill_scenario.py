@@ -101,7 +101,7 @@ class Shift(Scenario):
         machine.mdi("M64 P2")
         offset = host.get("axis.z.eoffset")
         self.part("learnt_again")
-        self.facts["learnt again"] = offset, *host.get(["growth.learnt", "growth.learning-failed-code"])
+        self.facts["learnt again"] = offset, *host.get(["growth.learnt", "growth.learning-failed"])
         host.set("growth.max-rate", rate)
 
     def compare_times(self):
@@ -169,7 +169,7 @@ class Shift(Scenario):
             machine.run("part.ngc")
             machine.wait(0.2)
         machine.poll()
-        its = {pin: host.get("growth." + pin) for pin in ("doubt-code", "growth-estimate", "shift-size", "origin-change")}
+        its = {pin: host.get("growth." + pin) for pin in ("doubt", "growth-estimate", "shift-size", "origin-change")}
         its["accepted"] = host.get("growth.contacts-accepted") - accepted
         its["messages"] = [text for text in machine.messages[before:] if text.startswith("Growth of Z")]
         self.facts.setdefault("origins", {})[name] = its

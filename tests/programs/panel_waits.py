@@ -18,7 +18,7 @@ from screen import Finger
 ON, END = "on", "end"  # files
 VALUES = "values.json"  # of scripts/panel_with_values.py
 ANSWER = 30  # a digital output that no configuration uses
-SHIFTED = {"growth.shift-size": 0.03, "growth.doubt": True, "growth.doubt-code": 6, "task.alive": True, "task.program": "idle"}
+SHIFTED = {"growth.shift-size": 0.03, "growth.doubt": True, "task.alive": True, "task.program": "idle"}
 
 
 def shift():

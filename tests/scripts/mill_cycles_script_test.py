@@ -64,7 +64,7 @@ class Agreement(unittest.TestCase):
         self.assertEqual(reason(SECOND, dict(met=2, time=8.5)), "the cycle ended")
 
     def test_what_is_found_as_the_cycle_ends_belongs_to_it(self):
-        self.assertEqual(complaints(SECOND, dict(met=2), dict(END, found=2, rejected=1, code=8)), [])
+        self.assertEqual(complaints(SECOND, dict(met=2), dict(END, found=2, rejected=1, code=38)), [])
 
     def test_a_contact_that_is_counted_nowhere_or_twice_is_noticed(self):
         self.assertIn("counted nowhere", complaints(SECOND, dict(met=2), dict(found=2), END)[0])
@@ -73,6 +73,9 @@ class Agreement(unittest.TestCase):
     def test_a_rejection_without_a_name_is_noticed(self):
         self.assertIn("code without a name", complaints(SECOND, dict(met=2), dict(found=2, rejected=1, code=99), END)[0])
 
+    def test_a_fault_may_hide_the_reason_of_a_rejection(self):
+        self.assertEqual(complaints(SECOND, dict(met=2), dict(found=2, rejected=1, code=7), END), [])
+
     def test_unexpected_is_what_was_not_learnt(self):
         rows = [SECOND, dict(met=2), dict(found=2, unexpected=1), END]
         self.assertIn("contradicts", complaints(*rows)[0])
@@ -80,7 +83,7 @@ class Agreement(unittest.TestCase):
         self.assertEqual(complaints(*rows[:3], dict(END, missed=1)), [])
 
     def test_an_edited_program_must_be_refused(self):
-        edited = [dict(SECOND, program=2, refused=1), dict(met=2), dict(found=2, rejected=1, code=2), END]
+        edited = [dict(SECOND, program=2, refused=1), dict(met=2), dict(found=2, rejected=1, code=21), END]
         self.assertEqual(complaints(*edited), [])
         edited[0] = dict(SECOND, program=2)
         self.assertIn("not refused", complaints(*edited)[0])
@@ -91,17 +94,17 @@ class Agreement(unittest.TestCase):
         self.assertEqual([a.excess for a in mill_cycles.wrong(outcome.approaches)], [math.inf])
 
     def test_a_contact_where_none_is_looked_for_is_noticed(self):
-        rows = [dict(SECOND, operation=20), dict(found=2, rejected=1, code=8), dict(END, missed=1)]
+        rows = [dict(SECOND, operation=20), dict(found=2, rejected=1, code=38), dict(END, missed=1)]
         self.assertIn("none is looked for", complaints(*rows)[0])
 
     def test_the_table_counts_by_event_and_code(self):
-        outcome = judge(dict(SECOND, event=2), dict(met=2), dict(found=2, rejected=1, code=8), END)
+        outcome = judge(dict(SECOND, event=2), dict(met=2), dict(found=2, rejected=1, code=38), END)
         lines = mill_cycles.table([outcome])
         heads = lines[0].replace("code ", "code-").split()[1:]
         cells = dict(zip(heads, lines[2].split()[-len(heads) :]))
-        self.assertEqual((cells["approaches"], cells["met"], cells["code-8"], cells["wrong"]), ("1", "1", "1", "0"))
-        self.assertIn("Rejected, code 8: " + mill_cycles.rejections()[8], lines)
-        self.assertNotIn("code-3", cells)
+        self.assertEqual((cells["approaches"], cells["met"], cells["code-38"], cells["wrong"]), ("1", "1", "1", "0"))
+        self.assertIn("Rejected, code 38: " + mill_cycles.rejections()[38], lines)
+        self.assertNotIn("code-33", cells)
 
 
 if __name__ == "__main__":

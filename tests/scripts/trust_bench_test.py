@@ -41,7 +41,7 @@ class Judged(unittest.TestCase):
 
     def test_cuts_of_tools_without_a_gauge_and_doubts_by_the_status_alone_are_counted_apart(self):
         self.column["mill.truth-cut-operation"][:] = 40
-        self.column["growth.doubt-code"] = np.array([0, 0, 0, 0, 10, 0])
+        self.column["growth.status-code"] = np.array([0, 0, 0, 0, 62, 0])
         cuts, *_ = trust.find_cuts(self.column, {40})
         np.testing.assert_array_equal(self.cuts["gauge"], [True, True])
         np.testing.assert_array_equal(cuts["gauge"], [False, False])
@@ -74,7 +74,7 @@ class Judged(unittest.TestCase):
 @unittest.skipIf(SANITIZED, "thermal_displacement_test runs the same module")
 class Attacks(unittest.TestCase):
     def test_a_dead_load_and_a_longer_tool_are_announced_and_make_nothing_worse(self):
-        for name, code in (("load frozen", 2), ("two gauges 37 um apart", 4)):
+        for name, code in (("load frozen", 49), ("two gauges 37 um apart", 56)):
             cuts, times, *_ = trust.simulate(0, 250, name, trust.TEACH + 1800, lambda done: True)
             since = cuts[times > trust.TEACH + trust.NOTICE]
             self.assertGreater(len(since), 15)

@@ -6,6 +6,7 @@
 import argparse
 import importlib.util
 import os
+import re
 import sys
 
 import numpy as np
@@ -36,7 +37,7 @@ LEARN_TOO = "learn.in1"  # of replay.hal: learn from this cycle, whatever was re
 
 RAPID, FEED = 1, 2  # LinuxCNC's motion.motion-type
 
-BLANKED, FEED_DIFFERS, TOO_LARGE, BEYOND_GATE = 1, 4, 7, 8  # of rejection-code
+BLANKED, FEED_DIFFERS, TOO_LARGE, BEYOND_GATE = 31, 34, 37, 38  # of detail-code
 
 OUTPUTS = [
     "contacts",
@@ -44,14 +45,14 @@ OUTPUTS = [
     "contacts-rejected",
     "contacts-unexpected",
     "contacts-missed",
-    "rejection-code",
+    "detail-code",
     "contact-coordinate",
     "displacement",
     "displacement-sigma",
     "z-offset",
     "learning",
     "reference-valid",
-    "fault-code",
+    "fault",
 ]
 SETTINGS = ["threshold", "release", "smoothing", "debounce", "blanking-time", "max-rate", "tolerance", "gate-floor"]
 GROWTH_OVER_NOISE = 3  # how many times sigma and scatter growth must be for compensation to be worth it
@@ -333,7 +334,8 @@ class Replay:
     """What thermal_displacement makes of a recording."""
 
     def __init__(self, recording, files, settings):
-        self.rejections = plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
+        texts = plumb.declarations("thermal_displacement")["codes"]["detail-code"]
+        self.rejections = {code: re.sub(r" \([^)]*\}\)", "", text) for code, text in texts.items()}  # without the values of one contact
         learnt = [c for c in recording.cycles if c.learn]
         self.chosen = None if learnt else next((c for c in recording.cycles if c.complete), None)
         with TemporaryFolder() as folder, plumb.Host() as host:
@@ -366,7 +368,7 @@ class Replay:
         contact.growth, contact.sigma = self.displacement[row], self.displacement_sigma[row]
         contact.learnt = bool(self.learning[row])
         contact.accepted = self.contacts_accepted[row] > self.contacts_accepted[row - 1]
-        code = int(self.rejection_code[row])
+        code = int(self.detail_code[row])
         refused = (self.contacts_rejected + self.contacts_unexpected)[[row - 1, row]]
         contact.code = code if refused[1] > refused[0] else 0
         contact.rejection = self.rejection(code)
@@ -556,9 +558,8 @@ def problems(recording, replay, load):
             scatter,
             growth,
         )
-    faults = sorted(set(replay.fault_code[replay.fault_code != 0].astype(int)))
-    if faults:
-        yield "thermal_displacement showed fault-code %s: see its manual page." % ", ".join(map(str, faults))
+    for fault in sorted(set(replay.detail_code[replay.fault > 0].astype(int))):
+        yield "thermal_displacement had a fault: %s" % replay.rejection(fault)
 
 
 def by_operation(replay):

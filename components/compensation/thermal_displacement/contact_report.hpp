@@ -18,22 +18,22 @@ struct ContactReport : hal::Group {
         contact = event != GrowthByContact::Event::none;
         contact_time = measured.contact().time;
         contact_coordinate = measured.contact().coordinate;
+        contact_tool = measured.contact_key().tool;
+        contact_operation = measured.contact_key().operation;
         time_constant = measured.contact().time_constant;
         contacts = counts.contacts;
         accepted = counts.accepted;
         rejected = counts.rejected;
         unexpected = counts.unexpected;
         missed = counts.missed;
-        rejection_code = measured.tally().rejection();
         gate = measured.gate(settings);
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
-        learning_failed = measured.tally().learning_fault();
+        learning_failed = measured.tally().learning_fault() != LearningFault::none;
         cycles_learnt = measured.cycle().learnt();
         learnt = measured.tally().learnt();
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;
-        refusal_code = refusal;
         reference_valid = refusal == Refusal::none && measured.cycle().references().made_with(setup);
         growth_known = measured.known();
         growth_uncertain = measured.uncertain(settings);
@@ -48,6 +48,8 @@ struct ContactReport : hal::Group {
                                   "Time of the last contact; 0 when no clock ran."};
     hal::Out<double> contact_coordinate{this, "contact-coordinate", "mu",
                                         "Coordinate of the last contact, offset included."};
+    hal::Out<std::int32_t> contact_tool{this, "contact-tool", "Tool of the last contact."};
+    hal::Out<std::int32_t> contact_operation{this, "contact-operation", "Operation of the last contact."};
     hal::Out<double> time_constant{
         this, "contact-time-constant", "s",
         "Time constant of the load's rise at the last contact: the drive's filter."};
@@ -58,15 +60,12 @@ struct ContactReport : hal::Group {
                                       "Number of contacts that the reference does not have."};
     hal::Out<std::int32_t> missed{this, "contacts-missed",
                                   "Number of contacts of the reference that complete cycles missed."};
-    hal::Code<Rejection> rejection_code{this, "rejection-code",
-                                        "Reason of the last rejected or unexpected contact."};
     hal::Out<double> gate{this, "gate", "mu", "Largest change that is accepted now."};
     hal::Out<double> load_noise{this, "load-noise", "%",
                                 "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{this, "learning", "This cycle is learned from."};
-    hal::Codes<LearningFault> learning_failed{
-        this, "learning-failed",
-        "Nothing was learned from the last learning cycle; learning-failed-code gives the reason."};
+    hal::Out<bool> learning_failed{this, "learning-failed",
+                                   "Nothing was learned from the last learning cycle."};
     hal::Out<std::int32_t> cycles_learnt{this, "cycles-learnt",
                                          "Cycles learned from for the reference that is being made."};
     hal::Out<bool> learnt{this, "learnt",
@@ -76,10 +75,8 @@ struct ContactReport : hal::Group {
         "Learned from this part: {rows} contacts. The reference is uncertain by {reference-sigma}."};
     hal::Out<bool> reference_valid{this, "reference-valid",
                                    "There is a reference for this program and these tools."};
-    hal::Out<bool> reference_refused{
-        this, "reference-refused",
-        "The reference is not used until acknowledged; refusal-code gives the reason."};
-    hal::Code<Refusal> refusal_code{this, "refusal-code", "Why the reference is refused; 0 if it is not."};
+    hal::Out<bool> reference_refused{this, "reference-refused",
+                                     "The reference is not used until acknowledged."};
     hal::Out<bool> growth_known{this, "growth-known",
                                 "A contact was accepted since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{this, "growth-uncertain",

@@ -1,12 +1,74 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/math/contact/contact_rejection.hpp"
+#include "components/math/contact/growth_authority.hpp"
+#include "components/math/contact/learning_check.hpp"
+#include "components/math/contact/reference_refusal.hpp"
 #include "hal/first.hpp"
 #include "hal/status.hpp"
 
 #include <cstdint>
 
 namespace plumb {
+
+// The cause behind a status: a fault, or behind each of the others the number of its own enum. One at a time.
+enum class DisplacementDetail : std::int32_t {
+    none,
+    load,
+    position,
+    spindle_speed,
+    applied_offset,
+    approach,
+    settings,
+    lost_track,
+    learning_fault = 10,
+    refusal = 20,
+    rejection = 30,
+};
+
+constexpr std::int32_t number(DisplacementDetail detail) {
+    return static_cast<std::int32_t>(detail);
+}
+
+constexpr DisplacementDetail behind(DisplacementDetail first, std::int32_t code) {
+    return code == 0 ? DisplacementDetail::none : static_cast<DisplacementDetail>(number(first) + code);
+}
+
+constexpr DisplacementDetail detail(Rejection rejection) {
+    return behind(DisplacementDetail::rejection, static_cast<std::int32_t>(rejection));
+}
+
+constexpr DisplacementDetail detail(LearningFault fault) {
+    switch (fault) {
+        case LearningFault::no_clock: return detail(Rejection::no_clock);
+        case LearningFault::rises_twice: return detail(Rejection::rises_twice);
+        default: return behind(DisplacementDetail::learning_fault, static_cast<std::int32_t>(fault));
+    }
+}
+
+constexpr DisplacementDetail detail(Refusal refusal) {
+    if (refusal == Refusal::feed) return detail(Rejection::feed_differs);
+    return behind(DisplacementDetail::refusal, static_cast<std::int32_t>(refusal));
+}
+
+constexpr const char* sentence(DisplacementDetail detail) {
+    using D = DisplacementDetail;
+    switch (detail) {
+        case D::load: return "The load is invalid.";
+        case D::position: return "The position or velocity of Z is invalid: z-position, z-velocity-cmd.";
+        case D::spindle_speed: return "The spindle speed is invalid: spindle-speed-cmd.";
+        case D::applied_offset: return "The applied offset is invalid: applied-offset.";
+        case D::approach: return "The feed override or start height is invalid: feed-override, start-height.";
+        case D::settings: return "The settings are out of range; the last good ones are used.";
+        case D::lost_track:
+            return "No contact was accepted in three cycles. Check the machine and learn again.";
+        default: break;
+    }
+    if (detail > D::rejection) return sentence(static_cast<Rejection>(number(detail) - number(D::rejection)));
+    if (detail > D::refusal) return sentence(static_cast<Refusal>(number(detail) - number(D::refusal)));
+    return sentence(static_cast<LearningFault>(number(detail) - number(D::learning_fault)));
+}
 
 enum class DisplacementStatus : std::int32_t {
     works = hal::first_own,
@@ -18,14 +80,31 @@ enum class DisplacementStatus : std::int32_t {
     no_reference,
     kept,
     other_program,
-    doubted,
+    missed,
     dry_run,
     no_contact,
     bounded,
     asks,
     asks_origin,
-    uncertain
+    uncertain,
+    asks_of_tool,
+    asks_of_feeds,
+    program_event,
+    old,
+    poor_reference,
+    prediction,
+    held_back,
 };
+
+// A question that the operator answers; the size of the shift is told with it.
+constexpr hal::Said asked(const char* sentence, const char* remedy) {
+    return hal::Said{hal::Kind::warn, sentence, remedy}.sized("shift-size").told(hal::Tell::behind_panel);
+}
+
+// The next contacts end it.
+constexpr hal::Said awaited(const char* sentence) {
+    return {hal::Kind::warn, sentence, "Wait for the next contacts.", {}, "offset-sigma"};
+}
 
 constexpr hal::Said said(DisplacementStatus status) {
     using hal::Kind;
@@ -34,22 +113,19 @@ constexpr hal::Said said(DisplacementStatus status) {
     switch (status) {
         case S::works: return {Kind::good, "Corrects the growth.", "", {}, "offset-sigma"};
         case S::load_lost:
-            return {Kind::bad,
-                    "The load is lost: its sensor reports no valid value.",
-                    "Check the sensor of the load.",
-                    {},
-                    "doubt-code"};
+            return {Kind::bad, "The load is lost: its sensor reports no valid value.",
+                    "Check it. Until then the offset holds, and returns to 0 after the hold time."};
         case S::learning: return {Kind::good, "Learns from this part.", "", {}, "contacts"};
         case S::will_learn:
             return {Kind::wait, "Learns from the next part.", "Run one part on the cold machine."};
         case S::learning_failed:
             return hal::Said{Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.",
-                             hal::Button::learn, "learning-failed-code"}
+                             hal::Button::learn, "detail-code"}
                 .told(Tell::text);
         case S::refused:
             return {Kind::bad, "The reference is refused: nothing is corrected.",
                     "Acknowledge if the reference fits, or learn again.", hal::Button::acknowledge,
-                    "refusal-code"};
+                    "detail-code"};
         case S::no_reference:
             return {Kind::warn, "There is no reference: nothing is corrected.",
                     "Learn from a part on the cold machine.", hal::Button::learn};
@@ -62,23 +138,50 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::other_program:
             return {Kind::warn, "The kept reference is of another program or other tools.",
                     "Load its program. Learning again replaces the reference.", hal::Button::learn};
-        case S::doubted:
+        case S::missed:
+            return hal::Said{
+                Kind::warn,
+                "Contacts do not come, or do not count: the offset holds, and returns to 0 after the hold "
+                "time.",
+                "Remove the cause, or learn again.",
+                {},
+                "detail-code"}
+                .told(Tell::behind_panel);
+        case S::old:
             return hal::Said{Kind::warn,
-                             "The growth is not trusted.",
+                             "No contact has counted for the hold time: the offset returns to 0.",
                              "Remove the cause, or learn again.",
                              {},
-                             "doubt-code"}
+                             "detail-code"}
                 .told(Tell::behind_panel);
-        case S::uncertain:
-            return {Kind::warn, "The growth is uncertain.", "Wait for the next contacts.", {}, "doubt-code"};
+        case S::program_event:
+            return hal::Said{
+                Kind::warn,
+                "The load of an operation rises by the program, not by the work: it does not count.",
+                "Keep the load steady before its contact, and learn again, or exclude the operation."}
+                .told(Tell::behind_panel);
+        case S::poor_reference:
+            return hal::Said{Kind::warn, "The reference is uncertain.", "Learn again, or improve the load."}
+                .sized("reference-sigma")
+                .told(Tell::behind_panel);
+        case S::uncertain: return awaited("The growth is less certain than the tolerance of the work.");
+        case S::held_back: return awaited("The growth is so uncertain that only a part of it is applied.");
+        case S::prediction:
+            return awaited("The growth since the last contact is uncertain: the offset holds that contact.");
         case S::asks:
-            return hal::Said{Kind::warn,
-                             "Contacts moved at once: the offset leaves that out, and waits for your answer.",
-                             "Answer on the panel, or by growth_answer, whether it is growth.",
-                             {},
-                             "doubt-code"}
-                .sized("shift-size")
-                .told(Tell::behind_panel);
+            return asked("All contacts moved at once: the offset leaves that out.",
+                         "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
+                         "the panel, or by growth_answer, whether it is growth.");
+        case S::asks_of_tool:
+            return asked(
+                "The contacts of one tool moved at once, others did not: the offset leaves that "
+                "out.",
+                "Another tool, or measured again? Answer on the panel, or by growth_answer, "
+                "whether it is growth.");
+        case S::asks_of_feeds:
+            return asked("The contacts moved in proportion to their feeds: the offset leaves that out.",
+                         "Another latency or filter of the drive? Answer on the panel, or by "
+                         "growth_answer, whether it is growth.");
         case S::asks_origin:
             return hal::Said{
                 Kind::warn, "The work offset or a tool length has changed without a reason.",
@@ -97,19 +200,54 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::bounded:
             return {Kind::warn, "The growth exceeds the largest offset: Z is corrected in part.",
                     "Check the contacts, or raise the largest offset."};
-        default: return hal::said(static_cast<hal::Common>(status));
+        default:
+            if (static_cast<hal::Common>(status) == hal::Common::fault)
+                return {Kind::bad, "A fault is active.", "Remove its cause.", {}, "detail-code"};
+            return hal::said(static_cast<hal::Common>(status));
     }
 }
 
 struct DisplacementSeen {
-    bool fault = false, enabled = false, load_valid = true;
-    bool learning = false, will_learn = false, learning_failed = false;
-    bool refused = false, has_reference = false, has_rows = false;  // has_reference: for this program
-    bool cycle_running = false, dry_run = false, doubted = false, asks = false, asks_origin = false;
+    DisplacementDetail fault{};
+    LearningFault learning_fault{};
+    Refusal refusal{};
+    Rejection rejection{};  // of the last contact
+    Doubt doubt{};
+    Shift shift{};  // without an answer
+    bool enabled = false, load_valid = true;
+    bool learning = false, will_learn = false;
+    bool has_reference = false, has_rows = false;  // has_reference: for this program
+    bool cycle_running = false, dry_run = false, asks_origin = false;
     bool known = false, bounded = false;
-    bool uncertain = false;  // doubted, and nobody has to act
     DisplacementStatus interlock{};
 };
+
+// 0 for a doubt that the load, a shift or the origin explains.
+constexpr DisplacementStatus status_of(Doubt doubt) {
+    using S = DisplacementStatus;
+    switch (doubt) {
+        case Doubt::missed: return S::missed;
+        case Doubt::old: return S::old;
+        case Doubt::program_event: return S::program_event;
+        case Doubt::poor_reference: return S::poor_reference;
+        case Doubt::prediction: return S::prediction;
+        case Doubt::uncertain: return S::uncertain;
+        case Doubt::held_back: return S::held_back;
+        case Doubt::unknown: return S::no_contact;
+        default: return {};
+    }
+}
+
+constexpr DisplacementStatus status_of(Shift shift) {
+    using S = DisplacementStatus;
+    switch (shift) {
+        case Shift::all:
+        case Shift::only_tool: return S::asks;
+        case Shift::one_tool: return S::asks_of_tool;
+        case Shift::by_feed: return S::asks_of_feeds;
+        default: return {};
+    }
+}
 
 // Whether interlock keeps it from comparing contacts, too; with the machine off, the reference says more.
 constexpr bool prevents(DisplacementStatus interlock) {
@@ -125,26 +263,34 @@ constexpr bool prevents(DisplacementStatus interlock) {
 
 inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
     using S = DisplacementStatus;
-    return hal::first<S>({{its.fault, hal::common<S>(hal::Common::fault)},
+    return hal::first<S>({{its.fault != DisplacementDetail{}, hal::common<S>(hal::Common::fault)},
                           {prevents(its.interlock), its.interlock},
                           {!its.enabled && its.interlock == S{}, hal::common<S>(hal::Common::off)},
                           {!its.load_valid, S::load_lost},
                           {its.learning, S::learning},
                           {its.will_learn, S::will_learn},
-                          {its.learning_failed, S::learning_failed},
-                          {its.refused, S::refused},
+                          {its.learning_fault != LearningFault{}, S::learning_failed},
+                          {its.refusal != Refusal{}, S::refused},
                           {!its.has_reference && !its.has_rows, S::no_reference},
                           {!its.has_reference && !its.cycle_running, S::kept},
                           {!its.has_reference, S::other_program},
                           {its.interlock != S{}, its.interlock},
                           {its.asks_origin, S::asks_origin},
-                          {its.asks, S::asks},
-                          {its.uncertain, S::uncertain},
-                          {its.doubted, S::doubted},
+                          {its.shift != Shift{}, status_of(its.shift)},
+                          {status_of(its.doubt) != S{}, status_of(its.doubt)},
                           {its.dry_run, S::dry_run},
                           {!its.known, S::no_contact},
                           {its.bounded, S::bounded},
                           {true, S::works}});
+}
+
+// As urgent as the statuses that name it. A learning cycle has its own rejections.
+inline DisplacementDetail detail_of(const DisplacementSeen& its) noexcept {
+    const bool failed = its.learning_fault != LearningFault{} && !its.learning;
+    return hal::first<DisplacementDetail>({{its.fault != DisplacementDetail{}, its.fault},
+                                           {failed, detail(its.learning_fault)},
+                                           {its.refusal != Refusal{}, detail(its.refusal)},
+                                           {true, detail(its.rejection)}});
 }
 
 }  // namespace plumb

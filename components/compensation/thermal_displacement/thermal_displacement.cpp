@@ -23,31 +23,6 @@
 
 namespace plumb {
 
-enum class Fault : std::int32_t {
-    none,
-    load,
-    position,
-    spindle_speed,
-    applied_offset,
-    approach,
-    settings,
-    lost_track,
-};
-
-constexpr const char* sentence(Fault fault) {
-    switch (fault) {
-        case Fault::load: return "The load is invalid.";
-        case Fault::position: return "The position or velocity of Z is invalid.";
-        case Fault::spindle_speed: return "The spindle speed is invalid.";
-        case Fault::applied_offset: return "The applied offset is invalid.";
-        case Fault::approach: return "The feed override or start height is invalid.";
-        case Fault::settings: return "The settings are out of range; the last good ones are used.";
-        case Fault::lost_track:
-            return "No contact was accepted in three cycles. Check the machine and learn again.";
-        default: return nullptr;
-    }
-}
-
 struct ThermalDisplacement final : hal::Component {
     static constexpr hal::About about{
         "thermal_displacement",
@@ -69,7 +44,11 @@ struct ThermalDisplacement final : hal::Component {
 
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
-    hal::Codes<Fault> fault{this, "fault"};
+    hal::Out<bool> fault{this, "fault", "A fault is active; detail-code gives the cause."};
+    hal::Code<DisplacementDetail> detail{
+        this, "detail-code",
+        "A fault; else why nothing was learned, why the reference is refused, or why the last contact is "
+        "rejected; 0 for none."};
     hal::Status<DisplacementStatus> status{this, permission};
     ContactReport report{this};
     TrustReport trust{this};
@@ -126,21 +105,23 @@ struct ThermalDisplacement final : hal::Component {
 
         z_offset = offset_.value();
         limited = offset_.limited();
-        const Fault its_fault = hal::first<Fault>({{lost == Lost::load, Fault::load},
-                                                   {lost == Lost::position, Fault::position},
-                                                   {lost == Lost::speed, Fault::spindle_speed},
-                                                   {lost == Lost::offset, Fault::applied_offset},
-                                                   {lost == Lost::approach, Fault::approach},
-                                                   {bad_settings_, Fault::settings},
-                                                   {measured_.tally().lost_track(), Fault::lost_track}});
-        fault = its_fault;
-        if (measured_.due() || shown_event_) show(event, applying, now.setup);
+        using D = DisplacementDetail;
+        const D its_fault = hal::first<D>({{lost == Lost::load, D::load},
+                                           {lost == Lost::position, D::position},
+                                           {lost == Lost::speed, D::spindle_speed},
+                                           {lost == Lost::offset, D::applied_offset},
+                                           {lost == Lost::approach, D::approach},
+                                           {bad_settings_, D::settings},
+                                           {measured_.tally().lost_track(), D::lost_track}});
+        fault = its_fault != D::none;
+        const Doubt doubt = doubted(applying);
+        const bool shows = measured_.due() || shown_event_;
+        if (shows) show(event, applying, doubt, now.setup);
         shown_event_ = event != GrowthByContact::Event::none;
-        const bool doubted = applying && measured_.known() && measured_.authority().doubt() != Doubt::none;
-        summary.step(applying && now.cycle_running && step_ == 0, offset_.value(), trust.sigma(), doubted,
-                     dt);
+        summary.step(applying && now.cycle_running && step_ == 0, offset_.value(), trust.sigma(),
+                     measured_.known() && doubt != Doubt::none, dt);
         walk();
-        if (measured_.due() || its_fault != fault_) show_status(now, its_fault != Fault::none, dry, applying);
+        if (shows || its_fault != fault_) show_status(now, its_fault, doubt, dry, applying);
         fault_ = its_fault;
         permission.report({});
     }
@@ -165,10 +146,18 @@ private:
         if (!bad_settings_) settings_ = wanted;
     }
 
-    void show(GrowthByContact::Event event, bool applying, const MachiningSetup& setup) noexcept {
+    // Why the growth may be wrong, while it is to be applied.
+    Doubt doubted(bool applying) const noexcept {
+        if (!applying) return Doubt::none;
+        if (measured_.known()) return measured_.authority().doubt();
+        return measured_.cycle().references().size() > 0 ? Doubt::unknown : Doubt::none;
+    }
+
+    void show(GrowthByContact::Event event, bool applying, Doubt doubt,
+              const MachiningSetup& setup) noexcept {
         const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
         growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
-        trust.show(measured_, settings_.contact, grown, offset_.value(), applying);
+        trust.show(measured_, settings_.contact, grown, offset_.value(), doubt);
         report.show(measured_, event, setup, settings_.contact);
         questions.show(measured_, settings_.contact.growth, applying);
     }
@@ -194,28 +183,29 @@ private:
         return s;
     }
 
-    void show_status(const Sample& now, bool has_fault, bool dry, bool applying) noexcept {
+    void show_status(const Sample& now, DisplacementDetail its_fault, Doubt doubt, bool dry,
+                     bool applying) noexcept {
         DisplacementSeen seen;
-        seen.fault = has_fault;
+        seen.fault = its_fault;
         seen.enabled = now.enable;
         seen.load_valid = !now.load_lost;
         seen.learning = measured_.cycle().learning();
         seen.will_learn = now.learn;
-        seen.learning_failed = measured_.tally().learning_fault() != LearningFault{};
-        seen.refused = measured_.refusal().reason() != Refusal::none;
+        seen.learning_fault = measured_.tally().learning_fault();
+        seen.refusal = measured_.refusal().reason();
+        seen.rejection = measured_.tally().of_last_contact();
         seen.has_reference = measured_.cycle().references().made_with(now.setup);
         seen.has_rows = measured_.cycle().references().size() > 0;
         seen.cycle_running = now.cycle_running;
         seen.dry_run = dry;
-        const Doubt doubt = measured_.known() && applying ? measured_.authority().doubt() : Doubt::none;
-        seen.doubted = doubt != Doubt::none;
-        seen.uncertain = leaves_nothing_to_do(doubt);
+        seen.doubt = doubt;
         seen.asks_origin = applying && measured_.origin_change() != 0;
-        seen.asks = applying && measured_.from_contacts().shift(settings_.contact.growth) != Shift::none;
+        if (applying) seen.shift = measured_.from_contacts().shift(settings_.contact.growth);
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();
         status = status_of(seen);
+        detail = detail_of(seen);
     }
 
     // A load that was lost before the cycle began holds nothing up: its authority decides.
@@ -245,7 +235,7 @@ private:
     std::uint32_t periods_ = 0;
     GrowthOffset offset_;
     double step_ = 0;  // mu, in this cycle
-    Fault fault_ = Fault::none;
+    DisplacementDetail fault_ = DisplacementDetail::none;
     Edge cycle_;
     bool load_gone_ = false;  // it was lost before this cycle began, and still is
 };

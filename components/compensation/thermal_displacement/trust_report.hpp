@@ -2,7 +2,6 @@
 #pragma once
 
 #include "components/math/contact/growth_by_contact.hpp"
-#include "hal/codes.hpp"
 #include "hal/component.hpp"
 
 #include <cmath>
@@ -13,22 +12,18 @@ namespace plumb {
 struct TrustReport : hal::Group {
     using Group::Group;
 
-    // `offset`: in force; `applying`: it is to follow the growth.
+    // `offset`: in force; `reason`: of a doubt.
     void show(const GrowthByContact& measured, const GrowthByContact::Settings& settings, double estimate,
-              double offset, bool applying) noexcept {
+              double offset, Doubt reason) noexcept {
         const bool known = measured.known();
         authority = known ? measured.authority().part() : 0;
-        sigma_ =
-            known ? std::hypot(std::hypot(measured.estimate_sigma(), measured.apart(settings)),
-                               estimate - offset, measured.learning_growth())
-                  : 0;
+        sigma_ = known ? std::hypot(std::hypot(measured.estimate_sigma(), measured.apart(settings)),
+                                    estimate - offset, measured.learning_growth())
+                       : 0;
         offset_sigma = sigma_;
         contact_age = known ? measured.authority().age() : 0;
         reference_sigma = measured.reference_sigma();
-        const bool compares = applying && measured.cycle().references().size() > 0;
-        doubt = !applying ? Doubt::none
-                : known   ? measured.authority().doubt()
-                          : (compares ? Doubt::unknown : Doubt::none);
+        doubt = reason != Doubt::none;
     }
 
     double sigma() const noexcept { return sigma_; }  // of the offset, mu
@@ -40,7 +35,7 @@ struct TrustReport : hal::Group {
                                  "Time since contacts should have counted, and none has; 0 while they do."};
     hal::Out<double> reference_sigma{this, "reference-sigma", "mu",
                                      "Standard deviation of the reference, by all its contacts together."};
-    hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
+    hal::Out<bool> doubt{this, "doubt", "The growth may be wrong; status-code gives the reason."};
 
 private:
     double sigma_ = 0;

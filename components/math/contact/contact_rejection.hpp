@@ -29,33 +29,48 @@ enum class Rejection : std::int32_t {
     rises_twice,
 };
 
+// Values of pins stand in braces.
 constexpr const char* sentence(Rejection rejection) {
+    using R = Rejection;
     switch (rejection) {
-        case Rejection::blanked: return "The spindle speed changed less than blanking-time before.";
-        case Rejection::no_reference:
-            return "There is no reference for this program and these tools, or it is refused.";
-        case Rejection::unexpected: return "The reference has no such contact.";
-        case Rejection::feed_differs: return "The feed or the override differs from the reference.";
-        case Rejection::time_differs:
+        case R::blanked:
+            return "The spindle speed changed less than blanking-time before the contact. Let the spindle "
+                   "settle.";
+        case R::no_reference: return "There is no reference for this program and these tools.";
+        case R::unexpected:
+            return "The reference has no such contact (tool {contact-tool}, operation {contact-operation}).";
+        case R::feed_differs: return "The feed or the override differs from the reference.";
+        case R::time_differs:
             return "The time cannot be compared: a hold or dwell stopped the tool, or the clock started "
                    "elsewhere.";
-        case Rejection::outside_window: return "The contact lies farther than window from its reference.";
-        case Rejection::too_large: return "The change is larger than max-correction.";
-        case Rejection::beyond_gate: return "The change is beyond the gate.";
-        case Rejection::unsteady_feed:
-            return "A feed hold, a stop or another override came less than 0.2 s before.";
-        case Rejection::no_onset: return "The load has no clear rise.";
-        case Rejection::unconfirmed: return "The contact is no growth as expected; the next contacts decide.";
-        case Rejection::withdrawn: return "The contacts of this operation move with the offset.";
-        case Rejection::no_clock:
+        case R::outside_window:
+            return "The contact (tool {contact-tool}, operation {contact-operation}) lies farther than "
+                   "window from its reference.";
+        case R::too_large:
+            return "The growth of the contact ({displacement}, tool {contact-tool}) differs by more than "
+                   "max-correction.";
+        case R::beyond_gate:
+            return "The growth of the contact ({displacement}, tool {contact-tool}) differs by more than the "
+                   "gate ({gate}). Look for a chip, odd stock or another tool.";
+        case R::unsteady_feed:
+            return "A feed hold, a stop or another override came less than 0.2 s before the contact.";
+        case R::no_onset:
+            return "The load has no clear rise (tool {contact-tool}, operation {contact-operation}).";
+        case R::unconfirmed:
+            return "The contact ({displacement}, tool {contact-tool}) is no growth as expected; the next "
+                   "contacts decide.";
+        case R::withdrawn:
+            return "The contacts of this operation ({contact-operation}) move with the offset. Exclude it, "
+                   "or learn again with a steady load.";
+        case R::no_clock:
             return "By time: no clock ran. The program must set start-height or clock-start before each "
                    "plunge.";
-        case Rejection::unlike_reference:
-            return "Coolant, a dip or a resonance of the load? It does not rise as at the reference.";
-        case Rejection::rises_twice:
-            return "The load rises twice at the contact: coolant, or a dip that ends? Keep the load steady "
-                   "for "
-                   "half a second before it.";
+        case R::unlike_reference:
+            return "The load does not rise as at the reference (tool {contact-tool}, operation "
+                   "{contact-operation}). Look for coolant, a dip or a resonance.";
+        case R::rises_twice:
+            return "The load rises twice before the contact: coolant, or a dip that ends? Keep the load "
+                   "steady for half a second before it, or exclude the operation.";
         default: return nullptr;
     }
 }

@@ -31,7 +31,8 @@ public:
     };
 
     const Counts& counts() const noexcept { return counts_; }
-    Rejection rejection() const noexcept { return rejection_; }                // the last one
+    Rejection rejection() const noexcept { return rejection_; }  // the last one
+    Rejection of_last_contact() const noexcept { return rejects_ ? rejection_ : Rejection::none; }
     LearningFault learning_fault() const noexcept { return learning_fault_; }  // of the last learning cycle
     bool barren() const noexcept { return barren_; }  // since a cycle in which no contact counted
 
@@ -60,7 +61,7 @@ public:
 
     // A contact counts: it is learned, or accepted.
     void accept(bool learning) noexcept {
-        barren_ = false;
+        barren_ = rejects_ = false;
         barren_cycles_ = 0;
         rejected_before_ = counts_.rejected;
         if (!learning) ++counts_.accepted;
@@ -69,6 +70,7 @@ public:
     void reject(Rejection reason) noexcept {
         ++(reason == Rejection::unexpected ? counts_.unexpected : counts_.rejected);
         rejection_ = reason;
+        rejects_ = true;
     }
 
     // The growth is unknown from here on.
@@ -78,7 +80,7 @@ private:
     Counts counts_;
     Rejection rejection_ = Rejection::none;
     LearningFault learning_fault_ = LearningFault::none;
-    bool barren_ = false, learnt_ = false;
+    bool barren_ = false, learnt_ = false, rejects_ = false;
     std::int32_t barren_cycles_ = 0;
     std::int32_t accepted_before_ = 0;  // when this cycle began
     std::int32_t rejected_before_ = 0;  // then, or at the last accepted contact

@@ -14,7 +14,7 @@
 
 namespace plumb {
 
-// Why less than the whole growth is applied, or why it may be wrong.
+// Why less than the whole growth is applied, or why it may be wrong. DisplacementStatus has the sentences.
 enum class Doubt : std::int32_t {
     none,
     load,
@@ -28,54 +28,9 @@ enum class Doubt : std::int32_t {
     uncertain,
     held_back,
     unknown,
-    shift_of_only_tool,
     origin,
     shift_by_feed,
 };
-
-constexpr const char* sentence(Doubt doubt) {
-    switch (doubt) {
-        case Doubt::load: return "The load is not valid: the offset holds, and returns to 0 after hold-time.";
-        case Doubt::missed:
-            return "Contacts do not come, or do not count: the offset holds, and returns to 0 after "
-                   "hold-time.";
-        case Doubt::old: return "No contact has counted for hold-time: the offset returns to 0.";
-        case Doubt::contradiction:
-            return "The contacts of one tool moved at once, others did not: another tool, or measured again? "
-                   "Growth cannot do that.";
-        case Doubt::program_event:
-            return "The load of an operation rises by the program, not by the work: it does not count.";
-        case Doubt::shift:
-            return "All contacts moved at once: other work, zero, tool setting, filter or latency of the "
-                   "drive? "
-                   "Growth cannot do that.";
-        case Doubt::shift_of_only_tool:
-            return "All contacts moved at once: other work, zero, tool, tool setting, filter or latency of "
-                   "the "
-                   "drive? Growth cannot do that.";
-        case Doubt::shift_by_feed:
-            return "The contacts moved in proportion to their feeds: another latency or filter of the drive? "
-                   "Growth "
-                   "cannot do that.";
-        case Doubt::poor_reference: return "The reference is uncertain: learn again, or improve the load.";
-        case Doubt::prediction:
-            return "The growth since the last contact is uncertain: the offset holds that contact.";
-        case Doubt::uncertain: return "The growth is less certain than work-tolerance.";
-        case Doubt::held_back: return "The growth is so uncertain that only a part of it is applied.";
-        case Doubt::origin:
-            return "New zero, or another depth? The work offset or a tool length has changed without a "
-                   "reason.";
-        case Doubt::unknown:
-            return "The growth is unknown: the offset stays as it is until the first contact. Pre-cut, "
-                   "probe, or accept.";
-        default: return nullptr;
-    }
-}
-
-// Whether the next contacts end this doubt by themselves.
-constexpr bool leaves_nothing_to_do(Doubt doubt) {
-    return doubt == Doubt::prediction || doubt == Doubt::uncertain || doubt == Doubt::held_back;
-}
 
 // The growth that may be applied: that of the last contacts and, as far as it is certain, the change that the
 // model adds to it. Only a part of an uncertain growth is applied: see allowed(). In a cycle a loss of
@@ -161,21 +116,20 @@ private:
         const double unapplied = std::abs(growth_ - offset_);
         const double expected = std::hypot(sigma_, unapplied);
         doubtful_ = expected > (doubtful_ ? 0.8 : 1) * settings.tolerance;
-        doubt_ = !e.load_valid                        ? Doubt::load
-                 : age_ > settings.hold               ? Doubt::old
-                 : e.origin                           ? Doubt::origin
-                 : e.shift == Shift::one_tool         ? Doubt::contradiction
-                 : e.shift == Shift::all              ? Doubt::shift
-                 : e.shift == Shift::only_tool        ? Doubt::shift_of_only_tool
-                 : e.shift == Shift::by_feed          ? Doubt::shift_by_feed
-                 : e.program_event                    ? Doubt::program_event
-                 : e.barren                           ? Doubt::missed
-                 : !doubtful_                         ? Doubt::none
-                 : !e.compared                        ? Doubt::unknown
-                 : unapplied > 0.5 * expected         ? Doubt::held_back
-                 : e.reference_sigma > 0.7 * expected ? Doubt::poor_reference
-                 : e.predicts && certain < 0.5        ? Doubt::prediction
-                                                      : Doubt::uncertain;
+        doubt_ = !e.load_valid                                          ? Doubt::load
+                 : age_ > settings.hold                                 ? Doubt::old
+                 : e.origin                                             ? Doubt::origin
+                 : e.shift == Shift::one_tool                           ? Doubt::contradiction
+                 : e.shift == Shift::all || e.shift == Shift::only_tool ? Doubt::shift
+                 : e.shift == Shift::by_feed                            ? Doubt::shift_by_feed
+                 : e.program_event                                      ? Doubt::program_event
+                 : e.barren                                             ? Doubt::missed
+                 : !doubtful_                                           ? Doubt::none
+                 : !e.compared                                          ? Doubt::unknown
+                 : unapplied > 0.5 * expected                           ? Doubt::held_back
+                 : e.reference_sigma > 0.7 * expected                   ? Doubt::poor_reference
+                 : e.predicts && certain < 0.5                          ? Doubt::prediction
+                                                                        : Doubt::uncertain;
     }
 
     // Noise of the certainty does not move the offset to and fro.

@@ -81,6 +81,7 @@ public:
 
     // The last contact, even a rejected one.
     const Contact& contact() const noexcept { return finder_.found().contact; }
+    const ContactKey& contact_key() const noexcept { return finder_.found().key; }
 
     // By the last contact that could be compared, in mu.
     double growth() const noexcept { return growth_; }
@@ -324,7 +325,7 @@ private:
     Rejection compare(const ContactReference& partner, const Settings& settings) noexcept {
         const Contact& now = finder_.found().contact;
         const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
-        refusal_.compared(now, partner.contact, reason, settings.limits.feed_tolerance);
+        refusal_.compared(reason);
         if (reason != Rejection::none) return reason;
         if (rises_unlike(now, partner.contact, partner.cycles, harmless(settings)))
             return Rejection::unlike_reference;

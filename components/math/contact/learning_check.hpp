@@ -30,14 +30,7 @@ constexpr const char* sentence(LearningFault fault) {
         case LearningFault::poor: return "The load is too poor: no contact is more certain than gate-floor.";
         case LearningFault::disagree:
             return "Contacts of one tool disagree in how the load rises: learn from another cycle.";
-        case LearningFault::rises_twice:
-            return "The load rises twice in an approach: coolant, or another event of the program? Switch it "
-                   "on "
-                   "before the approach, or exclude the operation.";
-        case LearningFault::no_clock:
-            return "By time: no clock ran. The program must set start-height or clock-start before each "
-                   "plunge.";
-        default: return nullptr;
+        default: return nullptr;  // no_clock, rises_twice: as Rejection
     }
 }
 

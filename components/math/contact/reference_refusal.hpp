@@ -9,15 +9,13 @@
 namespace plumb {
 
 // Why a reference as a whole is refused.
-enum class Refusal : std::int32_t { none, program, tool_set, feed, feed_override };
+enum class Refusal : std::int32_t { none, program, tool_set, feed };
 
 constexpr const char* sentence(Refusal refusal) {
     switch (refusal) {
         case Refusal::program: return "The reference is of another program.";
         case Refusal::tool_set: return "The reference is of another set of tools.";
-        case Refusal::feed: return "All contacts came with another feed than the reference.";
-        case Refusal::feed_override: return "All contacts came with another override than the reference.";
-        default: return nullptr;
+        default: return nullptr;  // feed: as Rejection::feed_differs
     }
 }
 
@@ -37,21 +35,16 @@ public:
             reason_ = references[0].setup.program != setup.program ? Refusal::program : Refusal::tool_set;
         }
         compares_ = reason_ == Refusal::none;
-        differing_ = Refusal::none;
-        agreed_ = false;
+        agreed_ = differs_ = false;
     }
 
     // A contact of this cycle was compared with its partner, with this outcome.
-    void compared(const Contact& now, const Contact& partner, Rejection outcome, double tolerance) noexcept {
-        if (outcome != Rejection::feed_differs)
-            agreed_ = true;
-        else
-            differing_ = alike(now.feed_override, partner.feed_override, tolerance) ? Refusal::feed
-                                                                                    : Refusal::feed_override;
+    void compared(Rejection outcome) noexcept {
+        (outcome == Rejection::feed_differs ? differs_ : agreed_) = true;
     }
 
     void end(bool complete) noexcept {
-        if (compares_ && complete && !agreed_ && differing_ != Refusal::none) reason_ = differing_;
+        if (compares_ && complete && !agreed_ && differs_) reason_ = Refusal::feed;
         compares_ = false;
     }
 
@@ -59,8 +52,7 @@ public:
 
 private:
     Refusal reason_ = Refusal::none;
-    Refusal differing_ = Refusal::none;  // by contacts of this cycle
-    bool agreed_ = false;                // a contact of this cycle did, in feed and override
+    bool agreed_ = false, differs_ = false;  // a contact of this cycle, in feed and override
     bool compares_ = false;
 };
 

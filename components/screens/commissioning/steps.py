@@ -259,7 +259,7 @@ class OnTrial(Step):
     def _fault(self):
         for instance in [self.function.instance, *(stage.instance for stage in self.rig.stages_of(self.function))]:
             if "fault" in instance.pins and self.rig.get(instance, "fault"):
-                return "%s: %s" % (instance.name, _(instance.sentence(self.rig.hal.values(), "fault-code")))
+                return "%s: %s" % (instance.name, _(instance.sentence(self.rig.hal.values(), instance.declared.fault_code)))
         return None
 
     def acting(self):

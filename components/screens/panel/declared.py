@@ -21,6 +21,7 @@ class Declared:
         self.codes = {pin: {int(code): text for code, text in texts.items()} for pin, texts in content.get("codes", {}).items()}
         self.statuses = {int(number): {**STATUS, **its} for number, its in content.get("statuses", {}).items()}
         self.told = content.get("told", {})  # bits that are told when they rise: tell, and sentence with the values of pins in braces
+        self.fault_code = next((pin for pin in ("fault-code", "detail-code") if pin in self.codes), "")  # the cause of its fault
         self.is_users = "pins" not in content  # of messages.toml
         self.pins = content.get("pins", dict.fromkeys([*["status-code"][: len(self.statuses)], *self.codes, *self.told], {}))
         self.is_of_sensors = "CHANNEL.value" in self.pins

@@ -55,7 +55,7 @@ class GrowthPage(FunctionPage):
         counted = get("contacts"), get("contacts-rejected")
         if self._seen is not None and counted[0] > self._seen[0]:
             rejected = counted[1] > self._seen[1]
-            why = self.instance.sentence(values, "rejection-code") if rejected else ""
+            why = self.instance.sentence(values, "detail-code") if rejected else ""
             kind = _("learned") if get("learning") else _("accepted")
             self._contacts.appendleft((time.strftime("%H:%M:%S"), float(get("displacement")), float(get("displacement-sigma")), why, kind))
             self._history.mark(float(get("displacement")), float(get("displacement-sigma")), not rejected)

@@ -10,7 +10,7 @@ def reference(instance, values):
         return instance.value(values, short, otherwise)
 
     if get("reference-refused"):
-        return _("Refused: {why}").format(why=_(instance.sentence(values, "refusal-code")))
+        return _("It is refused.")
     if not get("reference-valid"):
         if get("rows"):
             return _("{count} contacts are kept, of another program or before its cycle begins.").format(count=get("rows"))

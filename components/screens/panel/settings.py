@@ -172,7 +172,7 @@ class Settings:
 
     def _write_all(self, writes, values, why, chain):
         olds = [self._present(write, value) for write, value in zip(writes, values)]
-        codes = {write.instance.name: self._codes(write.instance) for write in writes}
+        faults = {write.instance.name: self._fault(write.instance) for write in writes}
         if chain:
             chains.write(chain[0], chain[2])
         done = []
@@ -182,10 +182,11 @@ class Settings:
                 self._set(write, value)
             self._settle()
             for write, value in zip(writes, values):
-                objection = self._objection(write.instance, codes[write.instance.name])
-                if objection:
+                fault = self._fault(write.instance)
+                if fault not in (0, faults[write.instance.name]):
                     raise Refused(_("{instance} refuses {pin} = {value}: {why}").format(
-                        instance=write.instance.name, pin=write.name, value=with_unit(value, write.unit), why=_(objection)))
+                        instance=write.instance.name, pin=write.name, value=with_unit(value, write.unit),
+                        why=_(write.instance.declared.sentence(write.instance.declared.fault_code, fault))))
         except Refused as refused:
             for write, old in reversed(done):
                 with contextlib.suppress(ValueError):
@@ -211,14 +212,10 @@ class Settings:
         except ValueError as error:
             raise Refused(_("HAL refuses {pin} = {value}: {why}").format(pin=write.name, value=with_unit(value, write.unit), why=error)) from None
 
-    def _codes(self, instance):
+    def _fault(self, instance):
+        """Its number, 0 for none."""
         values = self.hal.values()
-        return {short: instance.value(values, short, 0) for short in instance.declared.codes if short in instance.pins}
-
-    def _objection(self, instance, before):
-        """The sentence of a fault that came with the new value."""
-        code = self._codes(instance).get("fault-code", 0)
-        return instance.declared.sentence("fault-code", code) if code and code != before.get("fault-code") else ""
+        return instance.value(values, instance.declared.fault_code, 0) if instance.value(values, "fault") else 0
 
     def note(self, name, old, new, why="", deed=""):
         """Logs a write that is no setting, such as a button. A log that cannot be written stops no button: returns why it could not, or ''."""

@@ -26,7 +26,7 @@ SHORT = 2400  # s: no curve of growth is shorter, so these are minutes
 
 COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
 COLUMNS += ["mill.truth-contacts", "mill.truth-contact-operation", "mill.truth-contact-growth", "mill.applied-offset"]
-COLUMNS += ["program.learn", "growth.doubt-code", "growth.fault", "growth.reference-refused", "growth.growth-known"]
+COLUMNS += ["program.learn", "growth.doubt", "growth.status-code", "growth.fault", "growth.reference-refused", "growth.growth-known"]
 
 
 @dataclasses.dataclass
@@ -99,7 +99,7 @@ class Outcome:
     without: np.ndarray  # um, at the cuts
     with_it: np.ndarray
     holding: np.ndarray
-    codes: np.ndarray  # doubt-code before each cut
+    codes: np.ndarray  # status-code of a doubt before each cut, 0 for none
     known: np.ndarray  # before each cut
     hours: float
     messages: int
@@ -123,7 +123,7 @@ def judge(column):
     before = gauge[np.maximum(np.searchsorted(gauge, own, side="left") - 1, 0)]
     early = np.maximum(rows - round(LEAD / EVERY), 0)
     refused = column["growth.fault"] + column["growth.reference-refused"] > 0
-    codes = np.where(refused & (column["growth.doubt-code"] == 0), -1, column["growth.doubt-code"])
+    codes = np.where(refused + column["growth.doubt"] > 0, column["growth.status-code"], 0)
     told = codes != 0
     return Outcome(
         without, error, without + growth[before] - zero, codes[early], column["growth.growth-known"][early] > 0,

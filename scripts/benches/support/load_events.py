@@ -128,7 +128,7 @@ def judge(column, cuts, cycles):
     learning = np.flatnonzero(column["program.learn"])
     since = learning[-1] if len(learning) else 0
     rejected = np.diff(column["growth.contacts-rejected"][since:])
-    codes = column["growth.rejection-code"][since + 1 :]
+    codes = column["growth.detail-code"][since + 1 :]
     found = {int(code): int(rejected[codes == code].sum()) for code in np.unique(codes[rejected > 0])}
     contacts = int(column["growth.contacts"][-1] - column["growth.contacts"][since])
     counted = cuts["gauge"]

@@ -31,10 +31,12 @@ UNKNOWN = "for no known reason"
 MOST_UNKNOWN = 0.001  # of the contacts that were met
 EDITED = 11  # the event; a program that has been edited stays so, but that is no event any more
 
-REFUSED_LEARNING = (4, 5)  # learning-failed codes: a poor load, and contacts that disagree
-UNEXPECTED = 3  # the rejection code of a contact that is counted as unexpected, and not as rejected
-BLANKED = 1
-BEFORE_PAIRING = (1, 9, 10)  # a contact that is rejected so may have no partner as well
+# Of detail-code
+REFUSED_LEARNING = (14, 15)  # a poor load, and contacts that disagree
+UNEXPECTED = 33  # of a contact that is counted as unexpected, and not as rejected
+BLANKED = 31
+BEFORE_PAIRING = (31, 39, 40)  # a contact that is rejected so may have no partner as well
+HIDING = range(1, 30)  # a fault, a learning that failed, a refusal: the reason of a rejection is not seen
 
 NUMBERS = {
     "cycle": "program.cycle",
@@ -55,9 +57,9 @@ NUMBERS = {
     "rejected": "growth.contacts-rejected",
     "unexpected": "growth.contacts-unexpected",
     "missed": "growth.contacts-missed",
-    "code": "growth.rejection-code",
+    "code": "growth.detail-code",
     "refused": "growth.reference-refused",
-    "failed": "growth.learning-failed-code",
+    "failed": "growth.learning-failed",
     "rows": "growth.rows",
 }
 LENGTHS = {
@@ -100,10 +102,10 @@ class Outcome:
 
 @functools.cache
 def rejections():
-    """The sentence of each rejection code."""
+    """The sentence of each detail-code."""
     import plumb
 
-    return plumb.declarations("thermal_displacement")["codes"]["rejection-code"]
+    return plumb.declarations("thermal_displacement")["codes"]["detail-code"]
 
 
 def judge(recording):
@@ -198,7 +200,7 @@ class Ledger:
     def _find(self, approach, now, before):
         approach.found += 1
         approach.unseen = ""
-        if approach.found > 1 and approach.code != BLANKED:  # after a pulse of the spindle another may come
+        if approach.found > 1 and approach.code not in (BLANKED, *HIDING):  # after a pulse of the spindle another may come
             self._complain(now, "a second contact in one approach")
         self._blanked += approach.found > 1
         rises = [name for name in ("accepted", "rejected", "unexpected") if now[name] > before[name]]
@@ -212,9 +214,9 @@ class Ledger:
             if approach.verdict == "learnt":
                 self._draft[approach.key] = now["growth"]
             return
-        if now["refused"] and (approach.verdict, approach.code) != ("rejected", 2):
+        if now["refused"] and approach.verdict != "rejected":
             self._complain(now, f"{approach.verdict} though the reference is refused")
-        judged_before = approach.code in BEFORE_PAIRING
+        judged_before = approach.code in (*BEFORE_PAIRING, *HIDING)
         expected = approach.key not in self._growth and not judged_before
         dropped = self._dropped > 0 and approach.verdict == "unexpected"
         if not now["refused"] and not dropped and (approach.verdict == "unexpected") != expected:
@@ -248,7 +250,7 @@ class Ledger:
             self._complain(now, f"{missed:.0f} contacts missed, not {expected}")
         if not now["learn"]:
             return
-        if now["failed"] in REFUSED_LEARNING:
+        if now["failed"] and now["code"] in REFUSED_LEARNING:
             return  # the load decides this, and not the program
         if bool(now["failed"]) != (not now["complete"] or not self._draft):
             self._complain(now, "learning failed" if now["failed"] else "learning did not fail")
@@ -300,7 +302,8 @@ def table(outcomes):
     for outcome in outcomes:
         for approach in outcome.approaches:
             groups[approach.event].append(approach)
-    sentences = {code: sentence for code, sentence in rejections().items() if code != UNEXPECTED}
+    seen = {approach.code for outcome in outcomes for approach in outcome.approaches}
+    sentences = {code: sentence for code, sentence in rejections().items() if code in seen}
     heads = ["approaches", "met", "unseen", "phantom", "learnt", "accepted", "wrong", "unexpected"]
     heads += [f"code {code}" for code in sentences]
     width = 2 + max(map(len, names.values()))

@@ -206,7 +206,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
     using S = DisplacementStatus;
     expect_all(expect_in_order<DisplacementSeen, S>(
         working(),
-        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
+        {{"a fault", [](auto& its) { its.fault = DisplacementDetail::load; }, of<S>(Common::fault), Kind::bad},
          {"retain has died",
           [](auto& its) {
               its.interlock = of<S>(hal::of_service(Common::lost, 0));
@@ -250,9 +250,9 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
           },
           S::learning, Kind::good},
          {"learning is requested", [](auto& its) { its.will_learn = true; }, S::will_learn, Kind::wait},
-         {"nothing was learned", [](auto& its) { its.learning_failed = true; }, S::learning_failed,
+         {"nothing was learned", [](auto& its) { its.learning_fault = LearningFault::poor; }, S::learning_failed,
           Kind::warn},
-         {"a refused reference", [](auto& its) { its.refused = true; }, S::refused, Kind::bad},
+         {"a refused reference", [](auto& its) { its.refusal = Refusal::program; }, S::refused, Kind::bad},
          {"no reference", [](auto& its) { its.has_reference = its.has_rows = false; }, S::no_reference,
           Kind::warn},
          {"kept rows in the morning",
@@ -276,13 +276,71 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
           of<S>(Common::not_homed), Kind::wait},
          {"a change of the origin without a reason", [](auto& its) { its.asks_origin = true; },
           S::asks_origin, Kind::warn},
-         {"a shift without an answer", [](auto& its) { its.asks = true; }, S::asks, Kind::warn},
-         {"the next contacts decide", [](auto& its) { its.uncertain = true; }, S::uncertain, Kind::warn},
-         {"contacts do not come", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
-         {"dry run", [](auto& its) { its.dry_run = true; }, S::dry_run, Kind::off},
+         {"a shift without an answer", [](auto& its) { its.shift = Shift::all; }, S::asks, Kind::warn},
+         {"of the only tool", [](auto& its) { its.shift = Shift::only_tool; }, S::asks, Kind::warn},
+         {"of one tool", [](auto& its) { its.shift = Shift::one_tool; }, S::asks_of_tool, Kind::warn},
+         {"of feeds", [](auto& its) { its.shift = Shift::by_feed; }, S::asks_of_feeds, Kind::warn},
+         {"contacts do not come", [](auto& its) { its.doubt = Doubt::missed; }, S::missed, Kind::warn},
+         {"none for long", [](auto& its) { its.doubt = Doubt::old; }, S::old, Kind::warn},
+         {"a withdrawn operation", [](auto& its) { its.doubt = Doubt::program_event; }, S::program_event,
+          Kind::warn},
+         {"a poor reference", [](auto& its) { its.doubt = Doubt::poor_reference; }, S::poor_reference,
+          Kind::warn},
+         {"an uncertain model", [](auto& its) { its.doubt = Doubt::prediction; }, S::prediction, Kind::warn},
+         {"an uncertain growth", [](auto& its) { its.doubt = Doubt::uncertain; }, S::uncertain, Kind::warn},
+         {"a part is held back", [](auto& its) { its.doubt = Doubt::held_back; }, S::held_back, Kind::warn},
+         {"no contact since the start", [](auto& its) { its.doubt = Doubt::unknown; }, S::no_contact,
+          Kind::wait},
+         {"dry run",
+          [](auto& its) {
+              its.doubt = Doubt::none;
+              its.dry_run = true;
+          },
+          S::dry_run, Kind::off},
          {"no contact yet", [](auto& its) { its.known = false; }, S::no_contact, Kind::wait},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
          {"nothing", [](auto&) {}, S::works, Kind::good}}));
+}
+
+TEST(DisplacementStatus, ADoubtThatAnotherStatusExplainsHasNone) {
+    DisplacementSeen its = working();
+    for (const Doubt doubt : {Doubt::load, Doubt::origin, Doubt::shift, Doubt::contradiction}) {
+        its.doubt = doubt;
+        EXPECT_EQ(status_of(its), DisplacementStatus::works);
+    }
+}
+
+// The most urgent one, and never one that its status does not mean.
+TEST(DisplacementDetail, AFaultThenLearningThenARefusalThenTheLastContact) {
+    const auto number_of = [](const DisplacementSeen& its) { return static_cast<int>(detail_of(its)); };
+    DisplacementSeen its = working();
+    EXPECT_EQ(number_of(its), 0);
+    its.rejection = Rejection::beyond_gate;
+    EXPECT_EQ(number_of(its), 38);
+    its.doubt = Doubt::missed;
+    EXPECT_EQ(number_of(its), 38) << "why they do not count";
+    its.refusal = Refusal::program;
+    EXPECT_EQ(number_of(its), 21);
+    its.learning_fault = LearningFault::poor;
+    EXPECT_EQ(number_of(its), 14);
+    its.fault = DisplacementDetail::lost_track;
+    EXPECT_EQ(number_of(its), 7);
+    its.fault = {};
+    its.refusal = {};
+    its.learning = true;
+    EXPECT_EQ(number_of(its), 38) << "of a contact that is not learned";
+}
+
+TEST(DisplacementDetail, OneSentenceForEachCauseThatIsTheSame) {
+    EXPECT_EQ(detail(LearningFault::no_clock), detail(Rejection::no_clock));
+    EXPECT_EQ(detail(LearningFault::rises_twice), detail(Rejection::rises_twice));
+    EXPECT_EQ(detail(Refusal::feed), detail(Rejection::feed_differs));
+    std::set<std::string> sentences;
+    for (std::int32_t number = -1; number < 100; ++number)
+        if (const char* const text = sentence(static_cast<DisplacementDetail>(number))) {
+            EXPECT_TRUE(sentences.insert(text).second) << text;
+        }
+    EXPECT_EQ(sentences.size(), 29u);
 }
 
 TEST(DisplacementStatus, KeptRowsSendNobodyToLearn) {

@@ -100,7 +100,7 @@ class Days(unittest.TestCase):
         growth, square = (plumb.declarations(module)["codes"] for module in ("thermal_displacement", "squareness"))
         self.assertEqual(told["of the start"], [])
         self.assertEqual(len(told["a fault"]), 1)
-        self.assertTrue(told["a fault"][0].startswith("Growth of Z: " + growth["fault-code"][6]), told["a fault"])
+        self.assertTrue(told["a fault"][0].startswith("Growth of Z: A fault is active. " + growth["detail-code"][6]), told["a fault"])
         self.assertEqual(told["the same fault"], [])
         late = sorted(told["late"])
         self.assertEqual(len(late), 2, late)

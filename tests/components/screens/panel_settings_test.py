@@ -269,11 +269,11 @@ class Changing(WithHost):
     def test_a_value_that_the_component_refuses_is_taken_back(self):
         with self.assertRaises(settings.Refused) as refused:
             self.screen().change(self.growth, "gate-cap", "0.001")  # below gate-floor
-        sentence = DECLARED["thermal_displacement"].sentence("fault-code", 6)
+        sentence = DECLARED["thermal_displacement"].sentence("detail-code", 6)
         for words in ("growth.gate-cap", "0.001 mm", sentence):
             self.assertIn(words, str(refused.exception))
         self.assertEqual(self.hal.get("growth.gate-cap"), 0.06)
-        self.assertEqual(self.hal.get("growth.fault-code"), 0)
+        self.assertEqual(self.hal.get("growth.detail-code"), 0)
         self.assertEqual(self.screen().log.all(), [])
 
     def test_a_value_out_of_the_declared_range_is_not_written(self):
@@ -569,9 +569,9 @@ class Verdicts(WithHost):
 
     def test_the_detail_of_a_status_is_the_sentence_of_its_code(self):
         codes = DECLARED["thermal_displacement"].codes
-        faulty = next(number for number, its in DECLARED["thermal_displacement"].statuses.items() if its["detail"] == "fault-code")
-        its = status.of(self.growth, {**self.hal.values(), "growth.status-code": faulty, "growth.fault-code": 1})
-        self.assertEqual((its.kind, its.text), ("bad", "A fault is active. " + codes["fault-code"][1]))
+        faulty = next(number for number, its in DECLARED["thermal_displacement"].statuses.items() if its["sentence"] == "A fault is active.")
+        its = status.of(self.growth, {**self.hal.values(), "growth.status-code": faulty, "growth.detail-code": 1})
+        self.assertEqual((its.kind, its.text), ("bad", "A fault is active. " + codes["detail-code"][1]))
 
     def test_the_machine_is_moved_only_while_it_is_safe(self):
         safe = {"motion.motion-enabled": True, "motion.is-all-homed": True, "motion.motion-type": 0, "halui.program.is-running": False,

@@ -421,7 +421,7 @@ class Growth(Machinery):
         self.assertEqual(self.status("growth").button, "")
         self.do("setp growth.program-id 8", "setp growth.tool-set-id 3", "setp growth.cycle-running 1")
         self.assertEqual(self.status("growth").kind, "bad")  # a reference of another program is refused as the cycle begins
-        self.assertIn(DECLARED["thermal_displacement"].sentence("refusal-code", 1), self.status("growth").text)
+        self.assertIn(DECLARED["thermal_displacement"].sentence("detail-code", 21), self.status("growth").text)
 
     def test_its_program_brings_the_reference_into_force(self):
         self.restore()

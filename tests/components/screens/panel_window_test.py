@@ -204,7 +204,7 @@ class Window(unittest.TestCase):
 
     def test_a_shift_of_contacts_is_answered_by_the_finger(self):
         not_growth, growth = (self.host.expect("given == 0", given="growth.shift-is-" + answer) for answer in ("not-growth", "growth"))
-        asks = {"growth.shift-size": 0.03, "growth.doubt": True, "growth.doubt-code": 6, "growth.enable": True, "growth.cycle-running": True,
+        asks = {"growth.shift-size": 0.03, "growth.doubt": True, "growth.enable": True, "growth.cycle-running": True,
                 "motion.motion-enabled": True, "motion.is-all-homed": True, "task.alive": True, "task.program": "running"}
         finger = self.panel_with(asks)
         finger.press("Growth of Z")
@@ -275,7 +275,7 @@ class Window(unittest.TestCase):
         finger.until(lambda: not finger.find_text("these values are old"), "the message to go")
 
     def test_a_change_of_the_origin_gets_its_reason_by_the_finger(self):
-        finger = self.panel_with({"growth.origin-change": 0.008, "growth.doubt": True, "growth.doubt-code": 13, "growth.enable": True, "motion.motion-enabled": True,
+        finger = self.panel_with({"growth.origin-change": 0.008, "growth.doubt": True, "growth.enable": True, "motion.motion-enabled": True,
                                    "motion.is-all-homed": True})
         finger.press("Growth of Z")
         finger.await_text("Work offset or tool length of Z has changed by +8.0 \u00b5m. Why?")

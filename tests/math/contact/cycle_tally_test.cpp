@@ -33,6 +33,7 @@ TEST(CycleTally, ThreeCyclesThatRejectAllHaveLostTrack) {
     EXPECT_EQ(tally.counts().accepted, 1);
     EXPECT_EQ(tally.counts().rejected, 3);
     EXPECT_EQ(tally.rejection(), Rejection::beyond_gate);
+    EXPECT_EQ(tally.of_last_contact(), Rejection::none);
 }
 
 TEST(CycleTally, ALearningOrAbortedCycleIsNotBarren) {

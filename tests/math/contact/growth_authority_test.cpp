@@ -205,7 +205,7 @@ TEST(GrowthAuthority, NamesEachDoubt) {
     using Evidence = GrowthAuthority::Evidence;
     EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::one_tool; }), Doubt::contradiction);
     EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::all; }), Doubt::shift);
-    EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::only_tool; }), Doubt::shift_of_only_tool);
+    EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::only_tool; }), Doubt::shift);
     EXPECT_EQ(doubt([](Evidence& e) { e.shift = Shift::by_feed; }), Doubt::shift_by_feed);
     EXPECT_EQ(doubt([](Evidence& e) { e.program_event = true; }), Doubt::program_event);
     EXPECT_EQ(doubt([](Evidence& e) { e.sigma = e.reference_sigma = 11 * um; }), Doubt::poor_reference);

@@ -960,7 +960,7 @@ TEST(GrowthByContact, ACycleAtAnotherFeedOrOverrideRefusesTheReference) {
     overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}});
     EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::none) << "the last contact agreed";
     overridden.cycle(10 * um, {{0, slow}, {1, slow}, {2, slow}, {3, slow}});
-    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::feed_override);
+    EXPECT_EQ(overridden.measured.refusal().reason(), Refusal::feed);
     EXPECT_EQ(overridden.counts().accepted, 1);
     overridden.measured.acknowledge();
     overridden.cycle(10 * um);
