@@ -427,9 +427,13 @@ private:
         if (moves) {
             const double rests = get("command");
             const bool clear = kind_ == 1 ? rests <= -20 + inset : kind_ == 2 && rests >= -8 - inset;
-            if (!clear) ASSERT_NEAR(rests, end_, nm);
+            if (!clear) {
+                ASSERT_NEAR(rests, end_, nm);
+            }
             const bool end_is_clear = kind_ == 0 || (kind_ == 1 ? end_ <= -20 : end_ >= -8);
-            if (end_is_clear) ASSERT_EQ(get("at-end"), 1);
+            if (end_is_clear) {
+                ASSERT_EQ(get("at-end"), 1);
+            }
             ++losses_;
         } else if (get("at-end") == 0) {
             ASSERT_EQ(z.back(), place);
