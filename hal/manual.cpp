@@ -77,9 +77,10 @@ std::string condition_of(const PinInfo& last, std::size_t number) {
     const std::string& condition = last.only_with;
     if (condition.empty()) return "";
     const std::size_t count = condition.find(">="), axis = condition.rfind(" in ");
-    if (count != std::string::npos && number > 1) return " As many as " + condition.substr(0, count) + '.';
+    if (count != std::string::npos && number > 1)
+        return " The option " + condition.substr(0, count) + " is their number.";
     if (axis != std::string::npos && number > 1)
-        return " For the axes in " + condition.substr(axis + 4) + '.';
+        return " An axis in " + condition.substr(axis + 4) + " has it.";
     return " Only with " + condition + '.';
 }
 

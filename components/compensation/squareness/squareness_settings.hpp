@@ -138,8 +138,7 @@ struct SquarenessRotary final : hal::Group {
     using Ranges = SquarenessRanges;
 
     const int axis;  // 0 of A
-    hal::In<double> position{this, "%-position", 0, "deg",
-                             "Commanded position of %, if the option rotary names it."};
+    hal::In<double> position{this, "%-position", 0, "deg", "Commanded position of %."};
     hal::In<double> velocity{this, "%-velocity", 0, "deg/s", "Commanded velocity of %."};
     hal::In<bool> reversed{this, "%-reversed", false,
                            "% turns against ISO 841, as in xyzac-trt-kins without conventional-directions.",
