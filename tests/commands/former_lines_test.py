@@ -32,12 +32,14 @@ loadrt thermal_displacement names=growth
 loadrt centre_height names=centre
 loadrt thermal_growth_test names=growth-test
 """
-# Settings that are gone, and words of what to write.
+# Pins that are gone, and words of what to write.
 GONE = {
     "square.ea0x": "ea0y and ea0z for ea0x", "square.ec0w": "the axes that it carries", "square.eb0b": "the axes that it carries",
     "square.ez0c": "a rotary axis has no place",
     "chop.pulse-time": "constant now, 0.02 s",
     "growth.exclude-operation-7": "exclude-operation-0 to -3",
+    "growth.rejection-code": "growth.detail-code: 30 more", "growth.fault-code": "while growth.fault is true", "growth.doubt-code": "growth.status-code",
+    "centre.hold-code": "centre.detail-code: a hold has 30 more", "centre.verdict-code": "centre.status-code",
     "growth.lost-time-tolerance": "constant now, 0.002 s", "centre.known-x-sigma": "make one more cut",
     "centre.stock-sigma": "constant now, 0.01 mm", "growth-test.range-share": "constant now, 0.15",
     "centre.cut-x-07": "cut-x-7; the option keyed_cuts gives the number", "growth-test.sensors": "sensors=N into the line loadrt thermal_growth_test",

@@ -41,11 +41,18 @@ INSTEAD = {
         (r"feed-range", CONSTANT % "0.5"),
         (r"lost-time-tolerance", CONSTANT % "0.002 s"),
         (r"steady-time", CONSTANT % "0.2 s"),
+        (r"fault-code", "{instance}.detail-code, the same number, while {instance}.fault is true"),
+        (r"learning-failed-code", "{instance}.detail-code: 10 more"),
+        (r"refusal-code", "{instance}.detail-code: 20 more"),
+        (r"rejection-code", "{instance}.detail-code: 30 more"),
+        (r"doubt-code", "{instance}.status-code: the CHANGELOG has its numbers"),
     ),
     "thermal_growth_test": ((r"sensors", "sensors=N into the line loadrt thermal_growth_test"), (r"range-share", CONSTANT % "0.15"),),
     "centre_height": ((r"(cut-(?:diameter|x|y)-)0(\d)", "{0}{1}; the option keyed_cuts gives the number of cuts"),
                       (r"x-known|known-x(?:-sigma)?", "nothing: make one more cut"), (r"stock-sigma", CONSTANT % "0.01 mm"),
-                      (r"automatic", "nothing: the permit of interlock says it"), (r"interlock-status|enable", BY_PERMIT)),
+                      (r"automatic", "nothing: the permit of interlock says it"), (r"interlock-status|enable", BY_PERMIT),
+                      (r"(?:fault|hold|remedy)-code|hold", "{instance}.detail-code: a hold has 30 more, a remedy 40 more"),
+                      (r"(?:state|verdict)-code", "{instance}.status-code: the CHANGELOG has its numbers")),
     None: ((r"interlock-status|enable", BY_PERMIT),),  # all others
 }
 
