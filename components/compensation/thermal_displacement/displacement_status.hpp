@@ -12,7 +12,7 @@
 
 namespace plumb {
 
-// The cause behind a status: a fault, or behind each of the others the number of its own enum. One at a time.
+// The cause of a status: a fault, or a LearningFault, Refusal or Rejection as its number above these.
 enum class DisplacementDetail : std::int32_t {
     none,
     load,

@@ -905,6 +905,8 @@ TEST(ThermalDisplacement, ARejectionIsTheDetailUntilAContactCountsAndAFaultHides
     mill.cycle(12 * um, {{3, chip}});
     ASSERT_EQ(mill.get("contacts-rejected"), 1);
     EXPECT_EQ(mill.get("detail-code"), 38);
+    EXPECT_EQ(mill.get("contact-tool"), 1);
+    EXPECT_EQ(mill.get("contact-operation"), 30);
     const double load = mill.get("load");
     mill.set("load", not_a_number);
     mill.bench.run(0.1);

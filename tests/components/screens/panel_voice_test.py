@@ -143,6 +143,11 @@ class Statuses(unittest.TestCase):
 
 
 class Faults(unittest.TestCase):
+    def test_each_fault_of_a_function_has_its_cause(self):
+        for module in DECLARED.values():
+            if "fault" in module.pins and module.statuses:
+                self.assertTrue(module.codes.get(module.fault_code), module.name)
+
     def test_each_fault_is_told_once_and_when_it_comes_again(self):
         for module in DECLARED.values():
             if module.is_of_sensors:
