@@ -105,7 +105,8 @@ struct Subject {
 
 constexpr int instances = 16;  // as many as pid allows
 
-std::vector<std::string> commands_of(const Subject* subject) {
+// `before`: commands of the subject that is compared, so that nothing but the two modules differs.
+std::vector<std::string> commands_of(const Subject* subject, const std::vector<std::string>& before = {}) {
     std::vector<std::string> commands{"loadrt siggen names=slow-wave,step-wave,heat-wave",
                                       "setp slow-wave.frequency 0.1",
                                       "setp slow-wave.amplitude 100",
@@ -121,10 +122,10 @@ std::vector<std::string> commands_of(const Subject* subject) {
                                       "addf heat-wave.update servo-thread",
                                       "addf slow-wave.update servo-thread",
                                       "addf step-wave.update servo-thread"};
+    commands.insert(commands.end(), before.begin(), before.end());
     if (!subject) return commands;
     std::string names;
     for (int i = 0; i < instances; ++i) names += (i ? ",it-" : "it-") + std::to_string(i);
-    commands.insert(commands.end(), subject->before.begin(), subject->before.end());
     for (const auto& [option, value] : subject->options) {
         names += " " + option + "=" + value;
         for (int i = 1; i < instances; ++i) names += "," + value;
@@ -147,12 +148,13 @@ const Subject pid{"pid",
                   {{"command", "slow"}, {"feedback", "steps"}},
                   "output"};
 
-// One update() of the subject as a multiple of one of another. Both, and the thread without either, take turns.
+// One update() of the subject as a multiple of one of another. Both, and the thread without either, take
+// turns.
 void beside(benchmark::State& state, const Subject& subject, const Subject& other,
             const std::string& name) try {
-    const auto without = host_with(commands_of(nullptr));
-    const auto with_other = host_with(commands_of(&other));
-    const auto with_subject = host_with(commands_of(&subject));
+    const auto without = host_with(commands_of(nullptr, subject.before));
+    const auto with_other = host_with(commands_of(&other, subject.before));
+    const auto with_subject = host_with(commands_of(&subject, subject.before));
     constexpr double turn = 20;  // simulated seconds
     std::vector<double> others;
     std::vector<double> subjects;
@@ -493,6 +495,49 @@ void computing_centre_height_beside_pid(benchmark::State& state) {
     beside_pid(state, subject);
 }
 
+// The words of functions, stages and programs beat, those of programs every fourth period. All functions are
+// on, and offsets ramp.
+Subject interlock(int functions, int stages) {
+    Subject subject{"interlock",
+                    "update",
+                    {{"motion-enabled", "1"}, {"all-homed", "1"}, {"path-speed", "10"}, {"motion-type", "2"}},
+                    {},
+                    "ramping",
+                    {{"functions", std::to_string(functions)}, {"stages", std::to_string(stages)}},
+                    {"loadrt peers names=peers", "loadrt charge_pump", "net beat charge-pump.out-4",
+                     "addf charge-pump servo-thread", "addf peers.update servo-thread"}};
+    const auto row = [&](const std::string& kind, int i) {
+        const std::string number = std::to_string(i), word = kind + "-" + number;
+        subject.before.push_back("net " + word + " peers." + kind + "-state-" + number);
+        subject.inputs.emplace_back(kind + "-state-" + number, word);
+    };
+    for (int i = 0; i < 8; ++i) {
+        row("service", i);
+        subject.before.push_back("net beat peers.service-heartbeat-" + std::to_string(i));
+        subject.settings.emplace_back("service-timeout-" + std::to_string(i), "1");
+    }
+    for (int i = 0; i < functions; ++i) {
+        row("function", i);
+        subject.settings.emplace_back("function-switch-" + std::to_string(i), "1");
+    }
+    for (int i = 0; i < stages; ++i) row("stage", i);
+    subject.before.push_back("setp peers.stage-ramping-0 1");
+    return subject;
+}
+
+void interlock_beside_pid(benchmark::State& state) {
+    beside_pid(state, interlock(2, 3));
+}
+
+void full_interlock_beside_pid(benchmark::State& state) {
+    beside_pid(state, interlock(16, 17));
+}
+
+// Nothing is netted to it.
+void idle_interlock_beside_pid(benchmark::State& state) {
+    beside_pid(state, {"interlock", "update", {}, {}, "heartbeat", {{"functions", "2"}, {"stages", "3"}}});
+}
+
 // The cost of LinuxCNC's own kinematics in each period, for a machine that is not trivial: inverse and
 // forward.
 void stock_kinematics_beside_pid(benchmark::State& state) {
@@ -524,6 +569,9 @@ BENCHMARK(planning_chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(centre_height_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(computing_centre_height_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(stock_kinematics_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(idle_interlock_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(interlock_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(full_interlock_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(joint_offset_beside_pid)->UseManualTime()->Iterations(40);
 
 }  // namespace

@@ -14,7 +14,7 @@ struct Peers final : hal::Component {
     static constexpr hal::About about{"peers", "programs, functions and stages for interlock", R"(
 Each state says what the inputs of its number say.)"};
 
-    static constexpr std::size_t services = 8, functions = 6, stages = 17;
+    static constexpr std::size_t services = 8, functions = 16, stages = 17;
 
     using Component::Component;
 
