@@ -5,21 +5,12 @@
 #include "hal/bus.hpp"
 #include "hal/group.hpp"
 #include "hal/pin.hpp"
+#include "hal/service.hpp"
 
 #include <cstdint>
 #include <string>
 
 namespace plumb::hal {
-
-// Programs that have a number as a service. A net to another number is seen, because the word has it.
-enum class Service : std::uint32_t {
-    retain = 0,
-    link = 1,
-    task = 4,
-    io = 5,
-    growth_log = 6,
-    any = BusWord::no_row
-};
 
 // The content of the word.
 struct ProgramReport {

@@ -17,6 +17,8 @@
 // declares the pins (status_pins.hpp). A program without HAL includes this file alone.
 #pragma once
 
+#include "hal/service.hpp"
+
 #include <cstdint>
 
 namespace plumb::hal {
@@ -123,7 +125,6 @@ constexpr Tell tell(const Said& its) {
     return its.kind == Kind::bad ? Tell::error : Tell::never;
 }
 
-inline constexpr std::int32_t services = 8;
 inline constexpr std::int32_t first_own = 40;
 
 // The statuses that functions have in common; late, lost and ending by the number of the service.
@@ -157,43 +158,22 @@ constexpr bool is_of_service(std::int32_t number) {
     return number >= static_cast<std::int32_t>(Common::late) && number < first_own;
 }
 
+inline constexpr ServiceSentences late_services{"Off: ", " is not ready."},
+    lost_services{"Off: ", " does not answer."},
+    ending_services{"Goes off when the program ends: ", " does not answer."};
+
 constexpr Said said_of_service(Common status) {
-    constexpr const char* late[services] = {"Off: plumb-retain (service 0) is not ready.",
-                                            "Off: linuxcnc_link (service 1) is not ready.",
-                                            "Off: service 2 is not ready.",
-                                            "Off: service 3 is not ready.",
-                                            "Off: LinuxCNC's task (service 4) is not ready.",
-                                            "Off: LinuxCNC's io (service 5) is not ready.",
-                                            "Off: growth_log (service 6) is not ready.",
-                                            "Off: service 7 is not ready."};
-    constexpr const char* lost[services] = {"Off: plumb-retain (service 0) does not answer.",
-                                            "Off: linuxcnc_link (service 1) does not answer.",
-                                            "Off: service 2 does not answer.",
-                                            "Off: service 3 does not answer.",
-                                            "Off: LinuxCNC's task (service 4) does not answer.",
-                                            "Off: LinuxCNC's io (service 5) does not answer.",
-                                            "Off: growth_log (service 6) does not answer.",
-                                            "Off: service 7 does not answer."};
-    constexpr const char* ending[services] = {
-        "Goes off when the program ends: plumb-retain (service 0) does not answer.",
-        "Goes off when the program ends: linuxcnc_link (service 1) does not answer.",
-        "Goes off when the program ends: service 2 does not answer.",
-        "Goes off when the program ends: service 3 does not answer.",
-        "Goes off when the program ends: LinuxCNC's task (service 4) does not answer.",
-        "Goes off when the program ends: LinuxCNC's io (service 5) does not answer.",
-        "Goes off when the program ends: growth_log (service 6) does not answer.",
-        "Goes off when the program ends: service 7 does not answer."};
     if (!is_of_service(static_cast<std::int32_t>(status))) return {};
     const std::int32_t number = static_cast<std::int32_t>(status) - static_cast<std::int32_t>(Common::late);
     const std::int32_t its = number % services;
     switch (number / services) {
         case 0:
-            return Said{Kind::warn, late[its],
+            return Said{Kind::warn, late_services[its],
                         "Wait until it is ready. If it stays so, start LinuxCNC again."}
                 .told(Tell::text, 30);
         // interlock tells a loss, once for all functions.
-        case 1: return Said{Kind::bad, lost[its], "Start LinuxCNC again."}.told(Tell::never);
-        default: return {Kind::warn, ending[its], "Start LinuxCNC again after the program."};
+        case 1: return Said{Kind::bad, lost_services[its], "Start LinuxCNC again."}.told(Tell::never);
+        default: return {Kind::warn, ending_services[its], "Start LinuxCNC again after the program."};
     }
 }
 
