@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <type_traits>
 
@@ -19,7 +20,7 @@ public:
     Pin(const Pin&) = delete;
     Pin& operator=(const Pin&) = delete;
 
-    const std::string& name() const { return name_; }  // without the instance's name
+    const std::string& name() const { return *name_; }  // without the instance's name
 
 protected:
     Pin(Owner owner, bool output, const std::string& name, T initial, const std::string& unit,
@@ -27,7 +28,7 @@ protected:
         : slot_(owner.registrar().add(PinInfo{type_of<T>, output, owner.name(name), unit,
                                               static_cast<double>(initial), owner.sentence(doc), setting,
                                               name, doc})),
-          name_(owner.name(name)) {
+          name_(std::make_unique<const std::string>(owner.name(name))) {
         slot_.template write<T>(converted(owner, initial, unit));
     }
 
@@ -41,7 +42,7 @@ private:
         return initial;
     }
 
-    const std::string name_;
+    const std::unique_ptr<const std::string> name_;  // apart: update() reads many slots, and no name
 };
 
 // An input: `setp` gives it a constant, `net` a signal; unconnected it keeps its initial value.
