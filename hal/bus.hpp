@@ -31,16 +31,18 @@ struct BusWord {
 
     static constexpr std::uint32_t of(Party who, Direction where, std::uint32_t row, std::uint32_t beat,
                                       std::uint32_t content) noexcept {
-        const std::uint32_t word = 1U << 31 | static_cast<std::uint32_t>(who) << 29 | row << 24 |
-                                   static_cast<std::uint32_t>(where) << 23 | beat % beats << 17 |
-                                   content << 8;
-        return word | check(word);
+        const std::uint32_t word = sender(who, where) | row << 24 | content << 8;
+        return beating(word | ((word >> 24 ^ word >> 16 ^ word >> 8 ^ salt) & 0xFFU), beat);
+    }
+    // A word of beat 0 at another beat, which lies in one byte, and so in the check, too.
+    static constexpr std::uint32_t beating(std::uint32_t word, std::uint32_t beat) noexcept {
+        const std::uint32_t its = beat % beats;
+        return word ^ (its << 17 | its << 1);
     }
 
     // Whether such a word may come from there at all.
     static constexpr bool fits(std::uint32_t word, Party who, Direction where) noexcept {
-        constexpr std::uint32_t sender = 0xE0800000U;  // all but the row
-        return (word & 0xFFU) == check(word) && (word & sender) == (of(who, where, 0, 0, 0) & sender);
+        return checks(word) && ((word ^ sender(who, where)) & who_and_where) == 0;
     }
     static constexpr std::uint32_t row(std::uint32_t word) noexcept { return word >> 24 & no_row; }
     static constexpr std::uint32_t beat(std::uint32_t word) noexcept { return word >> 17 & 63; }
@@ -49,8 +51,15 @@ struct BusWord {
     }
 
 private:
-    static constexpr std::uint32_t check(std::uint32_t word) noexcept {
-        return (word >> 24 ^ word >> 16 ^ word >> 8 ^ 0xA5U) & 0xFFU;
+    friend class BusListener;
+    static constexpr std::uint32_t salt = 0xA5, who_and_where = 0xE0800000;  // bits of the word
+
+    static constexpr std::uint32_t sender(Party who, Direction where) noexcept {
+        return 1U << 31 | static_cast<std::uint32_t>(who) << 29 | static_cast<std::uint32_t>(where) << 23;
+    }
+    static constexpr bool checks(std::uint32_t word) noexcept {
+        const std::uint32_t halves = word ^ word >> 16;
+        return ((halves ^ halves >> 8) & 0xFFU) == salt;
     }
 };
 
@@ -61,11 +70,15 @@ public:
     BusListener(Party who, Direction where) : BusListener(who, where, BusWord::no_row, 10) {}
     // dead: periods without a beat.
     BusListener(Party who, Direction where, std::uint32_t row, int dead)
-        : who_(who), where_(where), row_(row), dead_(dead), silence_(dead) {}
+        : sender_(BusWord::sender(who, where)),
+          is_program_(who == Party::program),
+          row_(row),
+          dead_(dead),
+          silence_(dead) {}
 
     // Once in each period.
     void step(std::uint32_t word) noexcept {
-        const bool fits = BusWord::fits(word, who_, where_) && is_mine(BusWord::row(word));
+        const bool fits = BusWord::checks(word) && is_mine(word);
         const bool mine = fits && fitted_;  // one alone may be a chance of another number
         fitted_ = fits;
         const bool beats = mine && heard_ && BusWord::beat(word) != beat_;
@@ -86,15 +99,16 @@ public:
     bool missed() const noexcept { return silence_ >= 2 * dead_; }
 
 private:
-    bool is_mine(std::uint32_t row) const noexcept {
-        const bool unknown = row == BusWord::no_row;
-        return row == row_ || (who_ == Party::program ? unknown : row_ == BusWord::no_row && !unknown);
+    bool is_mine(std::uint32_t word) const noexcept {
+        const std::uint32_t other = (word ^ (sender_ | row_ << 24)) & (BusWord::who_and_where | 31U << 24);
+        if (other == 0) return true;
+        if ((other & BusWord::who_and_where) != 0) return false;
+        return (is_program_ ? BusWord::row(word) : row_) == BusWord::no_row;
     }
 
-    Party who_;
-    Direction where_;
+    std::uint32_t sender_;
+    bool is_program_, heard_ = false, fitted_ = false;
     std::uint32_t row_, beat_ = 0, content_ = 0;
-    bool heard_ = false, fitted_ = false;
     int dead_, silence_;
 };
 
