@@ -7,8 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
+#include <new>
 #include <string>
 #include <type_traits>
 
@@ -102,21 +102,32 @@ public:
         static_assert(N > 0, "give the number of the pins");
     }
     template <class... Rest>
-    Row(Owner owner, std::size_t number, const std::string& stem, const Rest&... rest) {
-        for (std::size_t i = 0; i < number; ++i)
-            pins_.emplace_back(owner, stem + "-" + std::to_string(i), rest...);
+    Row(Owner owner, std::size_t number, const std::string& stem, const Rest&... rest)
+        : places_(std::make_unique<Place[]>(number)) {
+        for (; number_ < number; ++number_)
+            new (&places_[number_]) P(owner, stem + "-" + std::to_string(number_), rest...);
+    }
+    Row(const Row&) = delete;
+    Row& operator=(const Row&) = delete;
+    ~Row() {
+        while (number_ > 0) (*this)[--number_].~P();
     }
 
-    std::size_t size() const noexcept { return pins_.size(); }
-    P& operator[](std::size_t i) noexcept { return pins_[i]; }
-    const P& operator[](std::size_t i) const noexcept { return pins_[i]; }
-    auto begin() noexcept { return pins_.begin(); }
-    auto end() noexcept { return pins_.end(); }
-    auto begin() const noexcept { return pins_.begin(); }
-    auto end() const noexcept { return pins_.end(); }
+    std::size_t size() const noexcept { return number_; }
+    P& operator[](std::size_t i) noexcept { return begin()[i]; }
+    const P& operator[](std::size_t i) const noexcept { return begin()[i]; }
+    P* begin() noexcept { return std::launder(reinterpret_cast<P*>(places_.get())); }
+    P* end() noexcept { return begin() + number_; }
+    const P* begin() const noexcept { return std::launder(reinterpret_cast<const P*>(places_.get())); }
+    const P* end() const noexcept { return begin() + number_; }
 
 private:
-    std::deque<P> pins_;
+    // Side by side, for update(). A pin cannot move, so no std::vector holds it.
+    struct alignas(P) Place {
+        unsigned char bytes[sizeof(P)];
+    };
+    std::unique_ptr<Place[]> places_;
+    std::size_t number_ = 0;
 };
 
 }  // namespace plumb::hal
