@@ -213,7 +213,7 @@ class Single(unittest.TestCase):
             os.kill(number, signal.SIGKILL)
         status, output = finish(process)
         self.assertEqual(status, 1, output)
-        self.assertIn("Service 6, growth_log, does not answer: the growth test is not written. Start growth_log again", output)
+        self.assertIn("growth_log (service 6) does not answer. The growth test is not written. Start growth_log again", output)
         self.assertNotIn("waits.ngc is done", output)
 
     def test_a_sphere_without_table_and_second_state_is_probed_with_temperature_control(self):

@@ -159,7 +159,7 @@ class Days(unittest.TestCase):
             self.assertEqual(list(day["growth.enabled"][rows[[0, -1]]]), [1, 0])
             self.assertTrue(day["square.enabled"][rows].all())  # which needs no plumb-retain
             self.assertAlmostEqual(day["axis.z.eoffset"][rows[-1]], 0, delta=nm)
-            self.assertIn("Service 0, plumb-retain, does not answer", self.facts[name]["errors"][-1])
+            self.assertIn("plumb-retain (service 0) does not answer", self.facts[name]["errors"][-1])
 
     def test_touch_off_is_refused_as_long_as_no_contact_was_accepted(self):
         day, rows = self.days["second"], self.rows("second", "rejected")

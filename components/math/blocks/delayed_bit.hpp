@@ -19,6 +19,7 @@ public:
     }
 
     bool value() const noexcept { return bit_; }
+    bool waits() const noexcept { return waited_ > 0; }  // for a delay
 
 private:
     bool bit_ = false;

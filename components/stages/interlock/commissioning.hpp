@@ -1,25 +1,182 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/blocks/bounded.hpp"
 #include "components/stages/interlock/functions.hpp"
-#include "components/stages/interlock/stages.hpp"
-#include "components/stages/interlock/wiring_identity.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/linuxcnc_unit.hpp"
 #include "hal/thread_watch.hpp"
 #include "hal/wiring_list.hpp"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plumb {
+
+// A number for the wiring of a stage or a function: its signals, the joint, the drive and its scale, the
+// unit, and the signs of its settings. Another angle, limit or rate does not change it.
+class WiringIdentity {
+public:
+    WiringIdentity(const hal::WiringList& list, const hal::ThreadList& threads, std::string interlock,
+                   const std::string& unit)
+        : list_(list), threads_(threads), interlock_(std::move(interlock)), unit_("unit " + unit) {
+        for (const hal::WiredPin& pin : list.pins)
+            if (!pin.signal.empty()) signals_[pin.signal].push_back(&pin);
+    }
+
+    // 0 where the pin of interlock has no stage or function.
+    std::int32_t of_stage(std::size_t number) const {
+        const std::string name = writer_of("stage-state-" + std::to_string(number));
+        return name.empty() ? 0 : number_of(stage_lines(name));
+    }
+
+    // `stages`: the numbers of those that take its offset.
+    std::int32_t of_function(std::size_t number, const std::vector<std::size_t>& stages) const {
+        const std::string name = reader_of("function-permit-" + std::to_string(number));
+        if (name.empty()) return 0;
+        Lines lines{unit_, name + " " + options_of(name)};
+        for (const hal::WiredPin& pin : list_.pins) {
+            const std::string setting = setting_of(pin, name);
+            if (setting.empty()) continue;
+            if (pin.signal.empty()) {
+                if (!pin.writes && asked(name, "plumb_turns", setting, false))
+                    lines.insert(setting + " " + sign_of(pin.value));
+            } else if (!pin.writes) {
+                add_writer(lines, setting, pin.signal);
+            } else if (pin.is_real) {
+                for (const hal::WiredPin* reader : signals_.at(pin.signal))
+                    if (is_source(reader->name)) lines.insert(setting + " > " + instance_of(reader->name));
+            }
+        }
+        for (const std::size_t stage : stages) lines.insert("stage " + std::to_string(of_stage(stage)));
+        return number_of(lines);
+    }
+
+    // The source of stage `number` that is the offset of function `function`; -1 where there is none.
+    std::int32_t source_of(std::size_t number, std::size_t function) const {
+        const std::string stage = writer_of("stage-state-" + std::to_string(number));
+        const std::string its = reader_of("function-permit-" + std::to_string(function));
+        if (stage.empty() || its.empty()) return -1;
+        for (const hal::WiredPin& pin : list_.pins) {
+            if (pin.signal.empty() || instance_of(pin.name) != stage || !is_source(pin.name)) continue;
+            for (const hal::WiredPin* other : signals_.at(pin.signal))
+                if (other->writes && instance_of(other->name) == its)
+                    return std::stoi(pin.name.substr(pin.name.rfind('-') + 1));
+        }
+        return -1;
+    }
+
+private:
+    using Lines = std::set<std::string>;
+
+    static std::string instance_of(const std::string& pin) { return pin.substr(0, pin.rfind('.')); }
+
+    // What the module of an instance declares.
+    template <class Answer>
+    Answer asked(const std::string& instance, const char* symbol, const std::string& about,
+                 Answer otherwise) const {
+        for (const hal::ListedFunction& one : threads_.functions)
+            if (one.name == instance + ".update")
+                return hal::asked_of_module(one.code, symbol, about.c_str(), otherwise);
+        return otherwise;
+    }
+    // In its load line.
+    std::string options_of(const std::string& instance) const {
+        return asked<const char*>(instance, "plumb_given", instance, "");
+    }
+
+    // The name of the pin in the instance; "" for a pin of another one.
+    static std::string setting_of(const hal::WiredPin& pin, const std::string& instance) {
+        return instance_of(pin.name) == instance ? pin.name.substr(instance.size() + 1) : "";
+    }
+
+    static bool is_source(const std::string& pin) { return pin.find(".offset-") != std::string::npos; }
+
+    static bool ends_with(const std::string& text, const std::string& end) {
+        return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+    }
+
+    static const char* sign_of(double value) { return value > 0 ? "+" : value < 0 ? "-" : "0"; }
+
+    // The instance at the other end of the signal at a pin of interlock.
+    std::string writer_of(const std::string& pin) const { return other_end(pin, true); }
+    std::string reader_of(const std::string& pin) const { return other_end(pin, false); }
+    std::string other_end(const std::string& pin, bool writes) const {
+        const std::string whole = interlock_ + "." + pin;
+        const auto own = std::find_if(list_.pins.begin(), list_.pins.end(),
+                                      [&](const hal::WiredPin& one) { return one.name == whole; });
+        if (own == list_.pins.end() || own->signal.empty()) return "";
+        for (const hal::WiredPin* other : signals_.at(own->signal)) {
+            const bool is_end = writes ? other->writes : ends_with(other->name, ".permit");
+            if (is_end && other->name != whole) return instance_of(other->name);
+        }
+        return "";
+    }
+
+    // What interlock itself writes depends on numbers that may change.
+    void add_writer(Lines& lines, const std::string& setting, const std::string& signal) const {
+        for (const hal::WiredPin* writer : signals_.at(signal))
+            if (writer->writes) {
+                if (instance_of(writer->name) != interlock_) lines.insert(setting + " < " + writer->name);
+                return;
+            }
+        lines.insert(setting + " < signal " + signal);
+    }
+
+    Lines stage_lines(const std::string& name) const {
+        Lines lines{unit_, name + " " + options_of(name)};
+        for (const hal::WiredPin& pin : list_.pins) {
+            const std::string setting = setting_of(pin, name);
+            if (setting.empty() || pin.signal.empty() || is_source(pin.name)) continue;
+            if (!pin.writes) add_writer(lines, setting, pin.signal);
+            for (const hal::WiredPin* other : signals_.at(pin.signal)) {
+                const bool of_motion =
+                    other->name.rfind("joint.", 0) == 0 || other->name.rfind("axis.", 0) == 0;
+                if (pin.writes && other != &pin && (pin.is_real || of_motion))
+                    lines.insert(setting + " > " + other->name);
+                if (pin.is_real && other->name != pin.name) add_scales(lines, instance_of(other->name));
+            }
+        }
+        return lines;
+    }
+
+    // The scale of a drive has its unit and its sign.
+    void add_scales(Lines& lines, const std::string& drive) const {
+        const auto add = [&](const std::string& name, double value) {
+            if (instance_of(name) != drive || name.find("scale", drive.size()) == std::string::npos) return;
+            char text[40];
+            std::snprintf(text, sizeof text, " = %.9g", value);
+            lines.insert(name + text);
+        };
+        for (const hal::WiredPin& pin : list_.pins)
+            if (!pin.writes && pin.signal.empty()) add(pin.name, pin.value);
+        for (const hal::WiredParameter& parameter : list_.parameters) add(parameter.name, parameter.value);
+    }
+
+    // FNV-1a of the lines; never 0.
+    static std::int32_t number_of(const Lines& lines) {
+        std::uint32_t sum = 2166136261U;
+        for (const std::string& line : lines)
+            for (const char c : line + '\n') sum = (sum ^ static_cast<unsigned char>(c)) * 16777619U;
+        return static_cast<std::int32_t>(sum ? sum : 1);
+    }
+
+    const hal::WiringList& list_;
+    const hal::ThreadList& threads_;
+    const std::string interlock_, unit_;
+    std::map<std::string, std::vector<const hal::WiredPin*>> signals_;
+};
 
 // Functions and stages that did not pass plumb commission, or were wired again since, are held. A trial
 // permits one of them while somebody presses.
@@ -32,7 +189,7 @@ struct Commissioning : hal::Group {
           function_identities_(functions),
           stage_identities_(stages),
           sources_(functions * stages),
-          permits_(stages) {}
+          words_(stages) {}
 
     const std::size_t functions, stages;  // their numbers
 
@@ -73,80 +230,55 @@ struct Commissioning : hal::Group {
     hal::Out<double> trial{this, "trial", "mu",
                            "Offset of the stage on trial: to the pin trial of each stage."};
 
-    struct Now {
-        bool machine_on, homed, program_running;
-        const Stages::Now& stages;
-    };
-
-    // Once in each period, before the functions; dt of the computer's clock.
-    void step(const Now& now, const Functions& its_functions, double dt) noexcept {
+    // Once in each period, before the functions; dt of the computer's clock. Whether anything is new.
+    bool step(const Machine& machine, const Stages& its_stages, const Functions& its_functions,
+              double dt) noexcept {
         const bool beat = trial_beat;
         silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
         beat_ = beat;
         const bool heard = silence_ < longest_pause, on = required;
         if (on) asked_.store(true, std::memory_order_relaxed);
-        const std::int32_t its_stage = trial_stage, its_function = trial_function;
-        const bool chosen = its_stage >= 0 || its_function >= 0;
-        const double speed = spindle_speed;
-        const bool measures = trial_measures, stands = speed == 0;
+        const std::int32_t stage = trial_stage, function = trial_function;
+        const bool chosen = stage >= 0 || function >= 0;
+        const bool measures = chosen && trial_measures, stands = chosen && spindle_speed == 0;
         begun_ = chosen && (begun_ || heard);
-        over_ = chosen && (over_ || (begun_ && (!heard || !now.machine_on || !(stands || measures))));
-        const bool pressed = chosen && heard && !over_;
-        const double most = std::abs(trial_limit), given = trial_offset;
-        const bool moves = on && pressed && stands && now.machine_on && now.homed && !now.program_running &&
-                           possible(its_stage, stages) && std::abs(given) <= most;
-        const bool acts = on && pressed && possible(its_function, functions);
-        pressed_ = on && pressed;
-        on_trial_ = acts ? 1 << its_function : 0;
-        trial = moves ? given : 0;
-        const std::int32_t tried = moves ? 1 << its_stage
-                                   : acts && !measures
-                                       ? its_functions.stages_of(static_cast<std::size_t>(its_function))
-                                       : 0;
+        over_ = chosen && (over_ || (begun_ && (!heard || !machine.on || !(stands || measures))));
+        pressed_ = on && chosen && heard && !over_;
+        const double most = pressed_ ? std::abs(trial_limit) : 0.0, given = pressed_ ? trial_offset : 0.0;
+        moves_ = pressed_ && stands && machine.on && machine.homed && !machine.program && !machine.cycle &&
+                 possible(stage, stages) && std::abs(given) <= most;
+        const bool acts = pressed_ && possible(function, functions);
+        const Sum on_trial = acts ? Sum{1} << function : 0;
+        trial = moves_ ? given : 0;
+        tried_ = moves_              ? Sum{1} << stage
+                 : acts && !measures ? its_functions.stages_of(static_cast<std::size_t>(function))
+                                     : 0;
+        tried_function_ = acts ? static_cast<std::size_t>(function) : 0;
         // The stage of an axis takes its offset back while it is armed.
-        tried_ = tried != 0 ? tried : tried_;
-        resting_ = tried != 0 ? 0 : std::min(resting_ + dt, longest_return);
-        if (tried == 0 && ((now.stages.in_force & tried_) == 0 || resting_ >= longest_return)) tried_ = 0;
-        held_stages_ = 0;
-        for (std::size_t i = 0; i < stages; ++i) {
-            const std::int32_t identity = stage_identities_[i].load(std::memory_order_relaxed);
-            const std::int32_t passed = stage_passed[i];
-            const bool held = on && (identity == 0 || passed != identity),
-                       pressed_here = moves && (tried >> i & 1) != 0;
-            held_stages_ |= held ? 1 << i : 0;
-            stage_identity[i] = identity;
-            std::uint32_t only = 0;
-            if ((tried >> i & 1) != 0)
-                only = moves ? Permit::of_trial : source(i, static_cast<std::size_t>(its_function));
-            const bool unheard = (now.stages.unheard >> i & 1) != 0,
-                       silent = (now.stages.silent >> i & 1) != 0;
-            permits_[i] = {(!held || pressed_here) && !unheard, (tried_ >> i & 1) != 0,
-                           (pressed_ && only == 0) || silent, only};
-        }
-
-        held_functions_ = 0;
-        for (std::size_t i = 0; i < functions; ++i) {
-            const std::int32_t identity = function_identities_[i].load(std::memory_order_relaxed);
-            const std::int32_t passed = function_passed[i];
-            function_identity[i] = identity;
-            held_functions_ |= on && (identity == 0 || passed != identity) ? 1 << i : 0;
-        }
+        rests_ = tried_ != 0 ? tried_ : rests_;
+        resting_ = tried_ != 0 ? 0 : std::min(resting_ + dt, longest_return);
+        if (tried_ == 0 && ((its_stages.in_force & rests_) == 0 || resting_ >= longest_return)) rests_ = 0;
+        const Sum held_stages = held(on, stages, stage_identities_, stage_passed, stage_identity),
+                  held_functions =
+                      held(on, functions, function_identities_, function_passed, function_identity);
+        return replaces(held_, {held_functions & ~on_trial, held_stages, held_functions & on_trial});
     }
 
-    // As sums of 1, 2, 4, ...
-    std::int32_t held_functions() const noexcept { return held_functions_ & ~on_trial_; }
-    std::int32_t held_stages() const noexcept { return held_stages_; }
-    std::int32_t tried_functions() const noexcept { return held_functions_ & on_trial_; }
+    const Held& now() const noexcept { return held_; }
 
     // At the end of each period: the words to the stages. `armed` is a cycle that runs; one in which somebody
     // presses arms the stages on trial alone.
-    void permit(std::uint32_t beat, bool armed) noexcept {
+    void permit(const Stages& its_stages, std::uint32_t beat, bool armed) noexcept {
         trial_cycle_ = armed && (trial_cycle_ || pressed_);
+        const Sum enabled = (~held_.stages | (moves_ ? tried_ : 0)) & ~its_stages.state.unheard(),
+                  armed_now = rests_ | (armed && !trial_cycle_ ? ~Sum{0} : 0),
+                  holding = its_stages.state.silent() | (pressed_ ? ~tried_ : 0);
+        const std::array<Sum, 4> now{enabled, armed_now, holding, tried_};
+        const bool changes = tried_ != 0 || now != permitted_;  // a source on trial may be another one
+        permitted_ = now;
         for (std::size_t i = 0; i < stages; ++i) {
-            Permit its = permits_[i];
-            its.arm |= armed && !trial_cycle_;
-            stage_permit[i] = hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
-                                               static_cast<std::uint32_t>(i), beat, its.content());
+            if (changes || words_[i] == 0) words_[i] = word(i);
+            stage_permit[i] = hal::BusWord::beating(words_[i], beat);
         }
     }
 
@@ -158,21 +290,7 @@ struct Commissioning : hal::Group {
         const auto threads = hal::list_threads();
         if (!wiring || !threads) return;
         wait_ = pause;
-        const auto ask = [&](const std::string& instance, const char* symbol, const std::string& about,
-                             auto otherwise) {
-            for (const hal::ListedFunction& one : threads->functions)
-                if (one.name == instance + ".update")
-                    return hal::asked_of_module(one.code, symbol, about.c_str(), otherwise);
-            return otherwise;
-        };
-        WiringIdentity::Modules modules;
-        modules.turns = [&](const std::string& instance, const std::string& setting) {
-            return ask(instance, "plumb_turns", setting, false);
-        };
-        modules.options = [&](const std::string& instance) -> std::string {
-            return ask(instance, "plumb_given", instance, "");
-        };
-        const WiringIdentity identity(*wiring, interlock_, unit(), modules);
+        const WiringIdentity identity(*wiring, *threads, interlock_, unit());
         for (std::size_t i = 0; i < stages; ++i) {
             stage_identities_[i] = identity.of_stage(i);
             for (std::size_t k = 0; k < functions; ++k)
@@ -190,9 +308,30 @@ private:
         return number >= 0 && static_cast<std::size_t>(number) < rows;
     }
 
-    // Of a stage, from 1, for the trial of a function. 0: there is none.
-    std::uint32_t source(std::size_t stage, std::size_t function) const noexcept {
-        return sources_[stage * functions + function].load(std::memory_order_relaxed);
+    // The rows that have not passed as they are wired now.
+    template <class Identities, class Passed, class Shown>
+    static Sum held(bool on, std::size_t rows, const Identities& identities, Passed& passed,
+                    Shown& shown) noexcept {
+        Sum held = 0;
+        for (std::size_t i = 0; on && i < rows; ++i) {
+            const std::int32_t identity = identities[i].load(std::memory_order_relaxed);
+            held |= Sum{identity == 0 || passed[i] != identity} << i;
+            shown[i] = identity;
+        }
+        return held;
+    }
+
+    // To a stage, of beat 0.
+    std::uint32_t word(std::size_t stage) const noexcept {
+        const auto& [enabled, armed, holding, tried] = permitted_;
+        std::uint32_t only = 0;  // source of the stage, from 1
+        if (has(tried, stage))
+            only = moves_ ? Permit::of_trial
+                          : sources_[stage * functions + tried_function_].load(std::memory_order_relaxed);
+        const bool holds = has(holding, stage) || (pressed_ && only == 0);
+        return hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
+                                static_cast<std::uint32_t>(stage), 0,
+                                Permit{has(enabled, stage), has(armed, stage), holds, only}.content());
     }
 
     static std::string unit() {
@@ -216,12 +355,16 @@ private:
     const std::string interlock_;
     std::vector<std::atomic<std::int32_t>> function_identities_, stage_identities_;
     std::vector<std::atomic<std::uint32_t>> sources_;
-    std::vector<Permit> permits_;
+    std::vector<std::uint32_t> words_;
     std::atomic<bool> asked_{false};
     int wait_ = 0;
     bool beat_ = false, pressed_ = false, trial_cycle_ = false, begun_ = false, over_ = false;  // of a trial
-    double silence_ = longest_pause, resting_ = longest_return;                                 // s
-    std::int32_t held_functions_ = 0, on_trial_ = 0, held_stages_ = 0, tried_ = 0;
+    bool moves_ = false;                                         // the stage on trial
+    double silence_ = longest_pause, resting_ = longest_return;  // s
+    Held held_{};
+    Sum tried_ = 0, rests_ = 0;  // rests: those that take the offset of a trial back
+    std::size_t tried_function_ = 0;
+    std::array<Sum, 4> permitted_{};  // stages: may apply their offset, are armed, hold, are tried
 };
 
 }  // namespace plumb

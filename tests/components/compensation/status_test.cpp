@@ -5,7 +5,7 @@
 #include "components/compensation/squareness/squareness_codes.hpp"
 #include "components/compensation/thermal_displacement/displacement_status.hpp"
 #include "components/compensation/thermal_growth/growth_codes.hpp"
-#include "components/stages/interlock/function_status.hpp"
+#include "components/stages/interlock/functions.hpp"
 #include "tests/support/status_cases.hpp"
 
 #include <gtest/gtest.h>
@@ -25,108 +25,121 @@ using support::expect_all;
 using support::expect_in_order;
 using support::of;
 
-constexpr int retain = 1, task = 16;  // services, as sums
+constexpr Sum retain = 1, link = 2, task = 16, function = 1;
 
-FunctionSeen acting_function() {
-    FunctionSeen its;
-    its.on = its.enabled = its.machine_on = its.homed = true;
-    return its;
-}
-
-struct FunctionCase {
-    const char* what;
-    std::function<void(FunctionSeen&)> change;
-    Common status;
+// Function 0, and the services that it misses.
+struct FunctionSeen {
+    FunctionSums its;
+    Sum lost_services = 0, late_services = 0;
 };
 
 TEST(FunctionStatus, NamesTheFirstThatKeepsAFunctionFromActing) {
-    const FunctionCase cases[] = {
+    struct Case {
+        const char* what;
+        std::function<void(FunctionSeen&)> change;
+        Common status;
+    };
+    const auto withdrawn = [](Sum services) {
+        return [services](FunctionSeen& seen) {
+            seen.its.enabled = 0;
+            seen.its.lost = function;
+            seen.lost_services = services;
+        };
+    };
+    const Case cases[] = {
         {"the operator has it off, whatever is lost",
-         [](auto& its) {
-             its.on = its.enabled = false;
-             its.lost = true;
-             its.lost_services = retain;
+         [&](FunctionSeen& seen) {
+             withdrawn(retain)(seen);
+             seen.its.on = 0;
          },
          Common::off},
-        {"retain has died",
-         [](auto& its) {
-             its.enabled = false;
-             its.lost = true;
-             its.lost_services = retain | task;
-         },
-         hal::of_service(Common::lost, 0)},
-        {"task has died",
-         [](auto& its) {
-             its.enabled = false;
-             its.lost = true;
-             its.lost_services = task;
-         },
-         hal::of_service(Common::lost, 4)},
+        {"retain has died", withdrawn(retain | task), hal::of_service(Common::lost, 0)},
+        {"task has died", withdrawn(task), hal::of_service(Common::lost, 4)},
         {"retain has died, and the program goes on",
-         [](auto& its) {
-             its.lost = true;
-             its.lost_services = retain;
+         [&](FunctionSeen& seen) {
+             withdrawn(retain)(seen);
+             seen.its.enabled = function;
          },
          hal::of_service(Common::ending, 0)},
+        {"linuxcnc_link is not ready, and the program goes on",
+         [&](FunctionSeen& seen) {
+             seen.its.lost = function;
+             seen.late_services = link;
+         },
+         hal::of_service(Common::ending, 1)},
         {"linuxcnc_link is not ready",
-         [](auto& its) {
-             its.enabled = false;
-             its.late_services = 2;
+         [](FunctionSeen& seen) {
+             seen.its.enabled = 0;
+             seen.late_services = link;
          },
          hal::of_service(Common::late, 1)},
-        {"a lost service is back",
-         [](auto& its) {
-             its.enabled = false;
-             its.lost = true;
+        {"a lost service is back", withdrawn(0), Common::renew},
+        {"functions are in a wrong order", [](FunctionSeen& seen) { seen.its.in_order = 0; }, Common::order},
+        {"it is not heard",
+         [](FunctionSeen& seen) {
+             seen.its.silent = seen.its.suspended = function;
+             seen.its.enabled = 0;
          },
-         Common::renew},
-        {"functions are in a wrong order", [](auto& its) { its.in_order = false; }, Common::order},
+         Common::unpermitted},
+        {"a stage is not heard",
+         [](FunctionSeen& seen) {
+             seen.its.silent_stages = seen.its.suspended = function;
+             seen.its.enabled = 0;
+         },
+         Common::stage_fault},
         {"the program suspends it",
-         [](auto& its) {
-             its.enabled = false;
-             its.suspended = true;
-             its.machine_on = false;
+         [](FunctionSeen& seen) {
+             seen.its.enabled = seen.its.machine_on = 0;
+             seen.its.suspended = function;
          },
          Common::suspended},
         {"the tool is not clear",
-         [](auto& its) {
-             its.leaves = true;
-             its.machine_on = false;
+         [](FunctionSeen& seen) {
+             seen.its.leaves = function;
+             seen.its.machine_on = 0;
          },
          Common::leaves},
+        {"it waits for commissioning",
+         [](FunctionSeen& seen) {
+             seen.its.held = function;
+             seen.its.enabled = 0;
+         },
+         Common::uncommissioned},
+        {"a stage waits for commissioning",
+         [](FunctionSeen& seen) {
+             seen.its.held = seen.its.held_stages = function;
+             seen.its.enabled = 0;
+         },
+         Common::stage_uncommissioned},
         {"the machine is off",
-         [](auto& its) {
-             its.machine_on = its.homed = false;
-             its.stages_with_fault = 1;
+         [](FunctionSeen& seen) {
+             seen.its.machine_on = seen.its.homed = 0;
+             seen.its.stages_with_fault = function;
          },
          Common::machine_off},
         {"the machine is not homed",
-         [](auto& its) {
-             its.homed = false;
-             its.stages_that_lack = 1;
+         [](FunctionSeen& seen) {
+             seen.its.homed = 0;
+             seen.its.stages_that_lack = function;
          },
          Common::not_homed},
-        {"the switch was turned on in a probing move", [](auto& its) { its.enabled = false; },
+        {"the switch was turned on in a probing move", [](FunctionSeen& seen) { seen.its.enabled = 0; },
          Common::probing},
         {"a stage has a fault",
-         [](auto& its) {
-             its.stages_with_fault = 4;
-             its.stages_that_lack = 4;
-         },
+         [](FunctionSeen& seen) { seen.its.stages_with_fault = seen.its.stages_that_lack = function; },
          Common::stage_fault},
         {"an axis lacks its offset",
-         [](auto& its) {
-             its.stages_that_lack = 1;
-             its.stages_limited = 1;
-         },
+         [](FunctionSeen& seen) { seen.its.stages_that_lack = seen.its.stages_limited = function; },
          Common::stage_lacks},
-        {"a soft limit", [](auto& its) { its.stages_limited = 2; }, Common::stage_limited},
-        {"nobody", [](auto&) {}, Common::none},
+        {"a soft limit", [](FunctionSeen& seen) { seen.its.stages_limited = function; },
+         Common::stage_limited},
+        {"nobody", [](FunctionSeen&) {}, Common::none},
     };
-    for (const FunctionCase& each : cases) {
-        FunctionSeen its = acting_function();
-        each.change(its);
-        EXPECT_EQ(status_of(its), each.status) << each.what;
+    for (const Case& each : cases) {
+        FunctionSeen seen;
+        seen.its.on = seen.its.enabled = function;
+        each.change(seen);
+        EXPECT_EQ(reason(seen.its, 0, seen.lost_services, seen.late_services), each.status) << each.what;
     }
 }
 

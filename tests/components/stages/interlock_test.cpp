@@ -518,6 +518,43 @@ TEST(Interlock, WhoIsNotHeardIsNotPermittedAndIsTold) {
     EXPECT_EQ(holds(), 1U);
 }
 
+// Each goes before all later ones.
+TEST(Interlock, StatusNamesTheFirstThatKeepsTheMachineFromBeingCompensated) {
+    using Pins = std::vector<std::pair<std::string, double>>;
+    struct Cause {
+        const char* name;
+        Pins pins;
+        double status;
+        hal::Common common = hal::Common::none;
+    };
+    const Cause causes[] = {
+        {"a fault", {{"operation-key", 1e308}}, 0, hal::Common::fault},
+        {"the feed is held", {{"service-timeout-6", 0.01}, {"feed-services", 64}}, 41},
+        {"all off", {{"function-switch-0", 0}, {"function-switch-1", 0}}, 42},
+        {"a service is missing", {{"service-ready-0", 0}}, 44},
+        {"the machine is off", {{"motion-enabled", 0}}, 0, hal::Common::machine_off},
+        {"not homed", {{"all-homed", 0}}, 0, hal::Common::not_homed},
+        {"a fault of a stage", {{"stage-fault-3", 1}}, 43},
+        {"suspended", {{"function-suspend-0", 1}}, 0, hal::Common::suspended},
+        {"a probing move", {{"motion-type", 5}, {"function-switch-1", 1}}, 0, hal::Common::probing},
+        {"the way", {{"function-settling-0", 1}}, 45},
+        {"an axis lacks its offset", {{"stage-uncompensated-3", 1}}, 46},
+        {"a soft limit", {{"stage-limited-3", 1}}, 47},
+        {"nothing", {}, 40}};
+    Pins later;
+    for (auto cause = std::rbegin(causes); cause != std::rend(causes); ++cause) {
+        later.insert(later.end(), cause->pins.begin(), cause->pins.end());
+        for (const Pins& pins : {cause->pins, later}) {
+            Machine machine;
+            machine.load({{"function-switch-0", 1}, {"motion-enabled", 1}, {"all-homed", 1}});
+            for (const auto& [pin, value] : pins) machine.set(pin, value);
+            machine.step(30);
+            EXPECT_EQ(machine.get("status-code"), cause->status + static_cast<double>(cause->common))
+                << cause->name << (pins == later ? " with all later ones" : " alone");
+        }
+    }
+}
+
 TEST(Interlock, HeartbeatIsLostAfterItsTimeoutAndNotBefore) {
     Machine machine;
     machine.load({{"service-timeout-1", 30}});

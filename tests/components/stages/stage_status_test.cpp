@@ -1,103 +1,72 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// Each status of each stage, the bad ones first.
-#include "components/stages/axis_offset/axis_offset_status.hpp"
-#include "components/stages/interlock/interlock_status.hpp"
-#include "components/stages/joint_offset/joint_offset_status.hpp"
-#include "tests/support/status_cases.hpp"
+// What a joint_offset does now, the bad first; axis_offset_test and interlock_test have the others.
+#include "hal/status.hpp"
+#include "tests/support/bench.hpp"
 
 #include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace plumb {
 namespace {
 
-using hal::Common;
-using hal::Kind;
-using support::expect_all;
-using support::expect_in_order;
-using support::of;
+enum { applies = hal::first_own, limited, ramping, nothing };
 
-TEST(JointOffsetStatus, IsGoodOnlyWhileTheJointHasItsOffset) {
-    using S = JointOffsetStatus;
-    JointOffsetSeen applies;
-    applies.enabled = applies.on = applies.homed = applies.asked = true;
-    expect_all(expect_in_order<JointOffsetSeen, S>(
-        applies,
-        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
-         {"off", [](auto& its) { its.enabled = false; }, of<S>(Common::off), Kind::off},
-         {"the machine is off", [](auto& its) { its.on = false; }, of<S>(Common::machine_off), Kind::wait},
-         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
-         {"a soft limit", [](auto& its) { its.limited = true; }, S::limited, Kind::warn},
-         {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
-         {"no source", [](auto& its) { its.asked = false; }, S::nothing, Kind::off},
-         {"nothing", [](auto&) {}, S::applies, Kind::good}}));
+struct Cause {
+    const char* name;
+    std::pair<const char*, double> pin;
+    int status;
+};
+
+int of(hal::Common status) {
+    return static_cast<int>(status);
 }
 
-TEST(AxisOffsetStatus, IsGoodOnlyWhileTheAxisHasItsOffset) {
-    using S = AxisOffsetStatus;
-    AxisOffsetSeen applies;
-    applies.enabled = applies.on = applies.homed = applies.armed = applies.asked = true;
-    expect_all(expect_in_order<AxisOffsetSeen, S>(
-        applies,
-        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
-         {"a probing move with the offset in force", [](auto& its) { its.refused = true; }, S::refused,
-          Kind::warn},
-         {"the machine is off", [](auto& its) { its.on = false; }, of<S>(Common::machine_off), Kind::wait},
-         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
-         {"the way back", [](auto& its) { its.takes_back = its.asked = true; }, S::takes_back, Kind::wait},
-         {"off",
-          [](auto& its) {
-              its.enabled = its.ramping = false;
-              its.takes_back = false;
-          },
-          of<S>(Common::off), Kind::off},
-         {"no cycle since the machine was turned on",
-          [](auto& its) {
-              its.enabled = its.lacks = true;
-              its.armed = false;
-          },
-          S::waits, Kind::wait},
-         {"a probing move", [](auto& its) { its.armed = its.lacks = its.probing = true; },
-          of<S>(Common::probing), Kind::wait},
-         {"a soft limit",
-          [](auto& its) {
-              its.limited = true;
-              its.probing = false;
-          },
-          S::limited, Kind::warn},
-         {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
-         {"no source", [](auto& its) { its.asked = false; }, S::nothing, Kind::off},
-         {"nothing", [](auto&) {}, S::applies, Kind::good}}));
+// With its offset of 0.02 mm, and these changes.
+double status_with(const std::vector<std::pair<const char*, double>>& changes, double seconds) {
+    Bench bench;
+    bench.command("loadrt joint_offset names=it interlock=no");
+    for (const auto& [pin, value] : {std::pair{"min-limit", -100.0},
+                                     {"max-limit", 100.0},
+                                     {"joint-acceleration", 2000.0},
+                                     {"offset-acceleration", 1000.0},
+                                     {"homed", 1.0},
+                                     {"motion-enabled", 1.0},
+                                     {"offset-0", 0.02}})
+        bench.set(std::string("it.") + pin, value);
+    bench.command("addf it.update servo-thread");
+    for (const auto& [pin, value] : changes) bench.set(std::string("it.") + pin, value);
+    bench.run(seconds);
+    return bench.get("it.status-code");
 }
 
-TEST(InterlockStatus, IsGoodOnlyWhileAllCompensate) {
-    using S = InterlockStatus;
-    InterlockSeen permits;
-    permits.on = permits.machine_on = permits.homed = true;
-    expect_all(expect_in_order<InterlockSeen, S>(
-        permits,
-        {{"a fault", [](auto& its) { its.fault = true; }, of<S>(Common::fault), Kind::bad},
-         {"the feed is held", [](auto& its) { its.holds = true; }, S::holds, Kind::warn},
-         {"all off", [](auto& its) { its.on = false; }, S::nothing_on, Kind::off},
-         {"a service is missing", [](auto& its) { its.withholds = its.on = true; }, S::withholds, Kind::warn},
-         {"the machine is off", [](auto& its) { its.machine_on = false; }, of<S>(Common::machine_off),
-          Kind::wait},
-         {"not homed", [](auto& its) { its.homed = false; }, of<S>(Common::not_homed), Kind::wait},
-         {"a fault of a stage", [](auto& its) { its.stage_fault = true; }, S::stage_fault, Kind::bad},
-         {"suspended", [](auto& its) { its.suspended = true; }, of<S>(Common::suspended), Kind::wait},
-         {"a probing move", [](auto& its) { its.probing = true; }, of<S>(Common::probing), Kind::wait},
-         {"the way", [](auto& its) { its.settles = true; }, S::settles, Kind::wait},
-         {"an axis lacks its offset", [](auto& its) { its.stage_lacks = true; }, S::stage_lacks, Kind::wait},
-         {"a soft limit", [](auto& its) { its.stage_limited = true; }, S::stage_limited, Kind::warn},
-         {"nothing", [](auto&) {}, S::permits, Kind::good}}));
+// Each goes before all later ones.
+TEST(JointOffsetStatus, NamesTheFirstThatKeepsTheJointFromItsOffset) {
+    const Cause causes[] = {
+        {"a fault", {"max-rate", -1}, of(hal::Common::fault)},
+        {"off", {"enable", 0}, of(hal::Common::off)},
+        {"the machine is off", {"motion-enabled", 0}, of(hal::Common::machine_off)},
+        {"not homed", {"homed", 0}, of(hal::Common::not_homed)},
+        {"max-offset", {"offset-0", 3}, limited},
+    };
+    std::vector<std::pair<const char*, double>> later;
+    for (auto cause = std::rbegin(causes); cause != std::rend(causes); ++cause) {
+        later.push_back(cause->pin);
+        EXPECT_EQ(status_with({cause->pin}, 20), cause->status) << cause->name;
+        EXPECT_EQ(status_with(later, 20), cause->status) << cause->name << " with all later ones";
+    }
+    EXPECT_EQ(status_with({}, 0.02), ramping);
+    EXPECT_EQ(status_with({{"offset-0", 0}}, 1), nothing);
+    EXPECT_EQ(status_with({}, 1), applies);
 }
 
 TEST(StageStatus, HasNoneThatInterlockGivesAFunction) {
-    for (std::int32_t number = -1; number < hal::first_own; ++number) {
-        const char* const its = said(static_cast<JointOffsetStatus>(number)).sentence;
-        EXPECT_STREQ(its, said(static_cast<AxisOffsetStatus>(number)).sentence);
-        EXPECT_STREQ(its, said(static_cast<InterlockStatus>(number)).sentence);
-        EXPECT_FALSE(its && hal::is_of_service(number)) << number;
-    }
+    for (std::int32_t number = -1; number < hal::first_own; ++number)
+        EXPECT_FALSE(hal::said_of_stage(static_cast<hal::Common>(number)).sentence &&
+                     hal::is_of_service(number))
+            << number;
 }
 
 }  // namespace
