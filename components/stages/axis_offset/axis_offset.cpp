@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/stages/axis_offset/axis_offset_status.hpp"
 #include "components/stages/axis_offset/external_offset.hpp"
 #include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
@@ -41,6 +40,39 @@ constexpr const char* sentence(Fault fault) {
             return "No permit comes from interlock, so the offset is held: net stage-permit of interlock to "
                    "permit, and run plumb doctor --running.";
         default: return nullptr;
+    }
+}
+
+enum class AxisOffsetStatus : std::int32_t {
+    applies = hal::first_own,
+    refused,
+    takes_back,
+    waits,
+    limited,
+    ramping,
+    nothing
+};
+
+constexpr hal::Said said(AxisOffsetStatus status) {
+    using hal::Kind;
+    switch (status) {
+        case AxisOffsetStatus::applies: return {Kind::good, "The axis has the offset of its sources."};
+        case AxisOffsetStatus::refused:
+            return {Kind::warn, "A probing move is refused: its result would contain the offset.",
+                    "Take the offset back, then probe."};
+        case AxisOffsetStatus::takes_back:
+            return {Kind::wait, "The axis moves back: its offset returns to 0.",
+                    "Wait for the end of the move."};
+        case AxisOffsetStatus::waits:
+            return {Kind::wait, "The axis lacks its offset.", "It gets it when the next cycle begins."};
+        case AxisOffsetStatus::limited:
+            return hal::Said{Kind::warn, "The axis does not have all of its offset.",
+                             "Move the axis away from its soft limit, or raise the largest offset."}
+                .told(hal::Tell::text);
+        case AxisOffsetStatus::ramping:
+            return {Kind::wait, "The axis moves to its offset.", "Wait for the end of the move."};
+        case AxisOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};
+        default: return hal::said_of_stage(static_cast<hal::Common>(status));
     }
 }
 
@@ -203,9 +235,20 @@ struct AxisOffset final : hal::Component {
                                                {wrong_origin_, Fault::homed},
                                                {!ledger_.guest().good(), Fault::guest}});
         fault = found;
-        status = status_of({found != Fault::none, refused_, is_enabled, on, homed, taking_back,
-                            state_ == State::armed, probing, falls_short, ramps, lacks,
-                            wanted != 0 || own_in_force()});
+        const bool asked = wanted != 0 || own_in_force();
+        using S = AxisOffsetStatus;
+        status = hal::first<S>({{found != Fault::none, hal::common<S>(hal::Common::fault)},
+                                {refused_, S::refused},
+                                {!on, hal::common<S>(hal::Common::machine_off)},
+                                {!homed, hal::common<S>(hal::Common::not_homed)},
+                                {taking_back && asked, S::takes_back},
+                                {!is_enabled && !ramps, hal::common<S>(hal::Common::off)},
+                                {lacks && state_ != State::armed, S::waits},
+                                {lacks && probing, hal::common<S>(hal::Common::probing)},
+                                {falls_short, S::limited},
+                                {ramps, S::ramping},
+                                {!asked, S::nothing},
+                                {true, S::applies}});
         permit.report({forces, ramps, lacks, refused_, found != Fault::none, falls_short});
     }
 

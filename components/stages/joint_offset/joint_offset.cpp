@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/usable.hpp"
-#include "components/stages/joint_offset/joint_offset_status.hpp"
 #include "components/stages/joint_offset/offset_release.hpp"
 #include "components/stages/joint_offset/tapered_offset.hpp"
 #include "components/stages/stage_permit.hpp"
@@ -63,6 +62,23 @@ constexpr const char* sentence(Fault fault) {
             return "A source with release-at-off is not 0 although the machine was off: net released to its "
                    "component; the source has no effect until it is 0.";
         default: return nullptr;
+    }
+}
+
+enum class JointOffsetStatus : std::int32_t { applies = hal::first_own, limited, ramping, nothing };
+
+constexpr hal::Said said(JointOffsetStatus status) {
+    using hal::Kind;
+    switch (status) {
+        case JointOffsetStatus::applies: return {Kind::good, "The joint has the offset of its sources."};
+        case JointOffsetStatus::limited:
+            return hal::Said{Kind::warn, "The joint does not have all of its offset.",
+                             "Move the joint away from its soft limit, or raise its largest offset or rate."}
+                .told(hal::Tell::text);
+        case JointOffsetStatus::ramping:
+            return {Kind::wait, "The joint moves to its offset.", "Wait for the end of the move."};
+        case JointOffsetStatus::nothing: return {Kind::off, "No source asks for an offset."};
+        default: return hal::said_of_stage(static_cast<hal::Common>(status));
     }
 }
 
@@ -232,8 +248,15 @@ struct JointOffset final : hal::Component {
                                                {stroking && (!is_homed || wrong_origin), Fault::unhomed},
                                                {on && release_.ignores(), Fault::unreleased}});
         fault = found;
-        status = status_of(
-            {found != Fault::none, is_enabled, on, is_homed, falls_short, ramps, sums.all != 0 || forces});
+        using S = JointOffsetStatus;
+        status = hal::first<S>({{found != Fault::none, hal::common<S>(hal::Common::fault)},
+                                {!is_enabled, hal::common<S>(hal::Common::off)},
+                                {!on, hal::common<S>(hal::Common::machine_off)},
+                                {!is_homed, hal::common<S>(hal::Common::not_homed)},
+                                {falls_short, S::limited},
+                                {ramps, S::ramping},
+                                {sums.all == 0 && !forces, S::nothing},
+                                {true, S::applies}});
         permit.report({forces, ramps, false, false, found != Fault::none, falls_short});
     }
 

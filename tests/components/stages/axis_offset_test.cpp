@@ -148,6 +148,61 @@ TEST(AxisOffset, OffsetFollowsItsSourceByMaxRateAndToACount) {
     EXPECT_EQ(machine.bench.get("y-stage.counts"), 0);
 }
 
+// The later ones remain, where they can.
+TEST(AxisOffset, StatusNamesTheFirstThatKeepsTheAxisFromItsOffset) {
+    enum { fault = 1, off, probing = 4, machine_off, not_homed };
+    enum { applies = 40, refused, takes_back, waits, limited, ramping, nothing };
+    Machine machine;
+    const auto expect = [&](const char* when, int status) {
+        machine.run(0.003);
+        EXPECT_EQ(machine.get("status-code"), status) << when;
+        const bool somebody = status == fault || status == refused || status == limited;
+        EXPECT_EQ(machine.get("attention"), somebody) << when;
+    };
+    machine.turn(true);
+    machine.home();
+    expect("no source", nothing);
+    machine.set("offset-0", 50 * um);
+    expect("no cycle yet", waits);
+    machine.pulse("arm");
+    expect("the way", ramping);
+    machine.run(1);
+    expect("all of it", applies);
+    machine.set("offset-0", 300 * um);
+    machine.run(3);
+    expect("max-offset", limited);
+    machine.set("allow-probing", 1);
+    machine.set("motion-type", 5);
+    machine.set("offset-0", 20 * um);
+    expect("a probing move that may contain the offset", probing);
+    machine.set("motion-type", 0);
+    machine.set("allow-probing", 0);
+    machine.run(3);
+    machine.set("enable", 0);
+    expect("the way to off", ramping);
+    machine.run(3);
+    expect("switched off", off);
+    machine.set("enable", 1);
+    machine.run(3);
+    machine.set("clear", 1);
+    expect("the way back", takes_back);
+    machine.set("clear", 0);
+    machine.pulse("arm");
+    machine.run(3);
+    machine.home(false);
+    expect("not homed", not_homed);
+    machine.turn(false);
+    expect("the machine is off", machine_off);
+    machine.turn(true);
+    machine.home();
+    machine.pulse("arm");
+    machine.run(3);
+    machine.set("motion-type", 5);
+    expect("a probing move with the offset in force", refused);
+    machine.set("max-offset", -1);
+    expect("a fault", fault);
+}
+
 // The heartbeat of an interlock that is called, or, if `still`, is not any more.
 void beat(Machine& machine, double seconds, bool still = false) {
     const int periods = static_cast<int>(std::lround(seconds / 0.001));
