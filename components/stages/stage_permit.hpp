@@ -12,6 +12,7 @@
 #include "hal/bus.hpp"
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
+#include "hal/stage_word.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,22 +24,7 @@
 
 namespace plumb {
 
-struct Permit {
-    bool enable = false;       // the stage may apply its offset
-    bool arm = false;          // a cycle runs, or a trial of this stage
-    bool hold = false;         // another stage is on trial: nothing moves here
-    std::uint32_t source = 0;  // that alone acts in a trial, counted from 1; 0: all but that of a trial
-    double trial = 0;          // mu, the offset of a trial; 0 without one
-
-    static constexpr std::uint32_t of_trial = 5;  // the pin trial
-
-    constexpr std::uint32_t content() const noexcept {
-        return (enable ? 1U : 0) | (arm ? 2U : 0) | (hold ? 4U : 0) | source << 3;
-    }
-    static constexpr Permit of(std::uint32_t content) noexcept {
-        return {(content & 1) != 0, (content & 2) != 0, (content & 4) != 0, content >> 3 & 7, 0};
-    }
-};
+using hal::Permit, hal::StageState;
 
 // The sum of the sources of a stage: its pins offset-0 to -3, and that of a trial. An invalid one, or one
 // beyond ±largest, keeps its last good value.
@@ -73,22 +59,6 @@ private:
     std::array<double, number> sources_{};
 };
 using SourceRow = hal::Row<hal::In<double>, SourceSum::number - 1>;
-
-struct StageState {
-    bool in_force = false;         // an offset
-    bool ramping = false;          // ... which still changes
-    bool uncompensated = false;    // the axis lacks its offset
-    bool probing_refused = false;  // a probing move began with an offset in force
-    bool fault = false;
-    bool limited = false;  // a limit prevents the full offset
-
-    static constexpr int bits = 6;
-
-    constexpr std::uint32_t content() const noexcept {
-        return (in_force ? 1U : 0) | (ramping ? 2U : 0) | (uncompensated ? 4U : 0) |
-               (probing_refused ? 8U : 0) | (fault ? 16U : 0) | (limited ? 32U : 0);
-    }
-};
 
 // Whether a counter that counts once in each period still does. One below 0 is that of nobody, and counts as
 // alive. Any other one is dead until it is seen to change: a value that was left behind means nothing.

@@ -59,7 +59,7 @@ constexpr hal::Said said(AxisOffsetStatus status) {
         case AxisOffsetStatus::applies: return {Kind::good, "The axis has the offset of its sources."};
         case AxisOffsetStatus::refused:
             return {Kind::warn, "A probing move is refused: its result would contain the offset.",
-                    "Take the offset back, then probe."};
+                    "Remove the offset, then probe."};
         case AxisOffsetStatus::takes_back:
             return {Kind::wait, "The axis moves back: its offset returns to 0.",
                     "Wait for the end of the move."};
@@ -86,7 +86,7 @@ struct GuestPins final : hal::Group {
                           "Offset of one count of the guest: instead of axis.L.eoffset-scale."};
     hal::In<bool> enable{this, "guest-enable", true,
                          "Follow the guest's counts; false: the guest's offset holds."};
-    hal::In<bool> clear{this, "guest-clear", false, "Take the guest's offset back at once."};
+    hal::In<bool> clear{this, "guest-clear", false, "Remove the guest's offset at once."};
 
     hal::Out<double> request{this, "guest-request", "mu",
                              "Offset that the guest asks for: instead of axis.L.eoffset-request."};
@@ -115,7 +115,7 @@ struct AxisOffset final : hal::Component {
     hal::LengthUnit unit{this};
 
     SourceRow offset{this, "offset", 0, "mu", "Offset from one of the sources."};
-    hal::In<bool> clear{this, "clear", false, "Take the own offset back, and disarm."};
+    hal::In<bool> clear{this, "clear", false, "Remove this stage's offset and disarm."};
     hal::In<bool> motion_enabled{this, "motion-enabled", false, "The machine is on."};
     hal::In<bool> all_homed{this, "all-homed", false, "All joints are homed."};
     hal::In<std::int32_t> motion_type{this, "motion-type", 0,

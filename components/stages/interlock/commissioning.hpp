@@ -2,7 +2,6 @@
 #pragma once
 
 #include "components/stages/interlock/functions.hpp"
-#include "components/stages/stage_permit.hpp"
 #include "hal/component.hpp"
 #include "hal/linuxcnc_unit.hpp"
 #include "hal/thread_watch.hpp"
@@ -326,12 +325,12 @@ private:
         const auto& [enabled, armed, holding, tried] = permitted_;
         std::uint32_t only = 0;  // source of the stage, from 1
         if (has(tried, stage))
-            only = moves_ ? Permit::of_trial
+            only = moves_ ? hal::Permit::of_trial
                           : sources_[stage * functions + tried_function_].load(std::memory_order_relaxed);
         const bool holds = has(holding, stage) || (pressed_ && only == 0);
         return hal::BusWord::of(hal::Party::stage, hal::Direction::from_interlock,
                                 static_cast<std::uint32_t>(stage), 0,
-                                Permit{has(enabled, stage), has(armed, stage), holds, only}.content());
+                                hal::Permit{has(enabled, stage), has(armed, stage), holds, only}.content());
     }
 
     static std::string unit() {

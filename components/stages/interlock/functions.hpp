@@ -16,11 +16,11 @@
 // on: a cycle start or the switch renews the function.
 #pragma once
 
-#include "components/stages/stage_permit.hpp"
 #include "hal/bus.hpp"
 #include "hal/clock_speed.hpp"
 #include "hal/component.hpp"
 #include "hal/service.hpp"
+#include "hal/stage_word.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -131,46 +131,29 @@ private:
     Sum sums_[columns]{}, beats_ = 0;
 };
 
-// A pin for each bit of a sum.
-class SumPins {
-public:
-    SumPins(hal::Owner owner, std::size_t number, const std::string& stem, const std::string& doc)
-        : number_(number), pins_{owner, number, stem, doc} {}
-
-    void show(Sum sum) noexcept {
-        for (std::size_t i = 0; i < number_; ++i) pins_[i] = has(sum, i);
-    }
-
-private:
-    const std::size_t number_;
-    hal::Row<hal::Out<bool>> pins_;
-};
+inline void show(hal::Row<hal::Out<bool>>& pins, std::size_t number, Sum sum) noexcept {
+    for (std::size_t i = 0; i < number; ++i) pins[i] = has(sum, i);
+}
 
 // The programs beside realtime that functions need.
 struct Services : hal::Group {
     static constexpr std::size_t most = hal::services;
     static constexpr hal::Range times{0, 3600}, speeds{0.01, 1000};
 
-    // Told of a service that holds no feed: waiting-code names the others.
-    struct Losses {
-        Losses(hal::Owner owner, std::size_t number) {
-            static constexpr hal::ServiceSentences lost{"A service is lost: ", " does not answer. "};
-            for (std::size_t i = 0; i < number; ++i) {
-                const auto its = static_cast<hal::Service>(i);
-                if (its == hal::Service::task || its == hal::Service::io) continue;
-                const char* const effect =
-                    its == hal::Service::growth_log
-                        ? "The growth test is not written. Start growth_log again by its line in man "
-                          "growth_log, or LinuxCNC and then resume.ngc."
-                        : "Functions that need it go off when the program ends. Start LinuxCNC again.";
-                const auto row = static_cast<std::int32_t>(i);
-                hal::Told(owner, "service-lost-" + std::to_string(i), hal::Tell::error,
-                          std::string(lost[row]) + effect);
-            }
+    Services(hal::Owner owner, std::size_t number) : Group(owner), number_(number), its_(number) {
+        static constexpr hal::ServiceSentences sentences{"A service is lost: ", " does not answer. "};
+        for (std::int32_t i = 0; i < static_cast<std::int32_t>(number); ++i) {
+            const auto its = static_cast<hal::Service>(i);
+            if (its == hal::Service::task || its == hal::Service::io) continue;  // waiting-code names them
+            const char* const effect =
+                its == hal::Service::growth_log
+                    ? "The growth test is not written. Start growth_log again by its line in man growth_log, "
+                      "or LinuxCNC and then resume.ngc."
+                    : "Functions that need it go off when the program ends. Start LinuxCNC again.";
+            hal::Told(this, "service-lost-" + std::to_string(i), hal::Tell::error,
+                      std::string(sentences[i]) + effect);
         }
-    };
-
-    Services(hal::Owner owner, std::size_t number) : Group(owner), number_(number), its_(number) {}
+    }
 
     const std::size_t number_;
 
@@ -187,9 +170,8 @@ struct Services : hal::Group {
                                 "Factor of each service-timeout. plumb run sets it to its speed, because a "
                                 "service follows the computer's clock.",
                                 speeds};
-    SumPins show_ok{this, number_, "service-ok", "The service runs and is ready."};
-    SumPins show_lost{this, number_, "service-lost", "The beat has stopped."};
-    Losses told_losses{this, number_};
+    hal::Row<hal::Out<bool>> show_ok{this, number_, "service-ok", "The service runs and is ready."};
+    hal::Row<hal::Out<bool>> show_lost{this, number_, "service-lost", "The beat has stopped."};
 
     Sum ok = 0, lost = 0;
     double speed = 1;  // of the clock, against the computer's
@@ -224,8 +206,8 @@ struct Services : hal::Group {
     }
 
     void show() noexcept {
-        show_ok.show(ok);
-        show_lost.show(lost);
+        plumb::show(show_ok, number_, ok);
+        plumb::show(show_lost, number_, lost);
     }
 
     Sum all() const noexcept { return all_of(number_); }
@@ -257,7 +239,7 @@ struct Stages : hal::Group {
     bool step() noexcept {
         if (!state.step()) return false;
         Sum* const of_bit[]{&in_force, &ramping, &uncompensated, &probing_refused, &fault, &limited};
-        for (int bit = 0; bit < StageState::bits; ++bit) *of_bit[bit] = state.said(bit);
+        for (int bit = 0; bit < hal::StageState::bits; ++bit) *of_bit[bit] = state.said(bit);
         fault |= state.missed();
         return true;
     }
@@ -347,10 +329,11 @@ struct Functions : hal::Group {
 
     hal::Row<hal::Out<std::uint32_t>> word{this, number_, "function-permit",
                                            "What the function may do: to its permit."};
-    SumPins enable{this, number_, "function-enable", "The permit enables the function."};
-    SumPins lost{this, number_, "function-lost",
-                 "A service was lost. The function is off, or goes off when it is no longer busy. When the "
-                 "service is ok again, turn the switch off and on, or start a cycle."};
+    hal::Row<hal::Out<bool>> enable{this, number_, "function-enable", "The permit enables the function."};
+    hal::Row<hal::Out<bool>> lost{
+        this, number_, "function-lost",
+        "A service was lost. The function is off, or goes off when it is no longer busy. When the "
+        "service is ok again, turn the switch off and on, or start a cycle."};
     hal::Row<hal::Code<hal::Common>> status{
         this, number_, "function-status",
         "Reason why the function does not act, which its permit gives it; 0: "
@@ -432,8 +415,8 @@ struct Functions : hal::Group {
 
     // After step(): why the others do not act, and the contents of the permits.
     void show(const Services& services) noexcept {
-        enable.show(sums_.enabled);
-        lost.show(sums_.lost);
+        plumb::show(enable, number_, sums_.enabled);
+        plumb::show(lost, number_, sums_.lost);
         for (std::size_t i = 0; i < number_; ++i) {
             Its& its = its_[i];
             const Sum missing = its.needed & ~services.ok;

@@ -58,14 +58,14 @@ constexpr const char* sentence(Waiting waiting) {
         case Waiting::renew:
             return "A function is off because a service was lost, and the feed is held. When the service "
                    "answers again, turn the switch of the function off and on.";
-        case Waiting::probing_refused: return "Probing is refused: take the offset back first.";
+        case Waiting::probing_refused: return "Probing is refused: remove the offset first.";
         case Waiting::long_held:
             return "The feed is held for long: an offset or a correction of the tool does not come to rest.";
         case Waiting::offsets:
             return "The next move waits until no offset and no correction of the tool changes.";
         case Waiting::uncompensated: return "An axis lacks its offset until the next cycle begins.";
         case Waiting::homing:
-            return "Homing waits: an offset is in force. Take it back, or switch the function off.";
+            return "Homing waits: an offset is in force. Remove it, or switch the function off.";
         default: break;
     }
     const std::int32_t number =
@@ -197,8 +197,8 @@ struct Interlock final : hal::Component {
     hal::Told told_loss{this, "feed-service-lost", hal::Tell::error, "{waiting-code}"};
     hal::Told told_probing{
         this, "probing-refused", hal::Tell::error,
-        "Probing is aborted: its result would contain the offset of an axis. Take the offset "
-        "back, or use o<probe_work> call."};
+        "Probing is aborted: its result would contain the offset of an axis. Remove the offset, "
+        "or use o<probe_work> call."};
     hal::Told told_defeat{
         this, "hold-defeated", hal::Tell::error,
         "A move began while an offset had not settled, and was aborted: M49, M51 P0 and M53 P0 "

@@ -56,7 +56,7 @@ constexpr const char* sentence(Fault fault) {
             return "The max-offset is below the present offset; the last good one stays in force until the "
                    "offset is within the new one.";
         case Fault::unhomed:
-            return "The joint is not homed while a stroke is out; the offset stays. Turn the machine off and "
+            return "The joint is not homed while a stroke is in force; the offset stays. Turn the machine off and "
                    "on, and home the joint.";
         case Fault::unreleased:
             return "A source with release-at-off is not 0 although the machine was off: net released to its "

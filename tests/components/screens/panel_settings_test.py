@@ -663,7 +663,7 @@ class Waiting(WithHost):
                                             "turn the switch of the function off and on."])
 
     def test_refused_probing_and_an_axis_without_its_offset_are_said(self):
-        for lines, text in ((("setp peers.stage-probing-refused-0 1",), "Probing is refused: take the offset back first."),
+        for lines, text in ((("setp peers.stage-probing-refused-0 1",), "Probing is refused: remove the offset first."),
                             (("setp peers.stage-probing-refused-0 0", "setp interlock.0.probing-refused-time 0",
                               "setp peers.stage-uncompensated-0 1", "setp interlock.0.uncompensated-delay 0"),
                              "An axis lacks its offset until the next cycle begins.")):

@@ -555,6 +555,22 @@ TEST(Interlock, StatusNamesTheFirstThatKeepsTheMachineFromBeingCompensated) {
     }
 }
 
+// Where the signal has a reader, HAL gives it no value of a new writer.
+TEST(Interlock, AnOutputThatIsNettedLateHasItsValueWithinSixteenPeriods) {
+    Machine machine;
+    machine.load({{"function-switch-0", 1}, {"motion-enabled", 1}, {"all-homed", 1}});
+    machine.bench.run(1);
+    machine.bench.command("loadrt or2 names=lamp");
+    for (const char* pin : {"compensated", "service-ok-3", "function-enable-0"}) {
+        machine.bench.command("net late lamp.in0");
+        machine.bench.command(std::string("net late it.") + pin);
+        machine.step(16);
+        EXPECT_EQ(machine.bench.get("lamp.in0"), 1) << pin;
+        machine.bench.command("delsig late");
+        machine.bench.set("lamp.in0", 0);
+    }
+}
+
 TEST(Interlock, HeartbeatIsLostAfterItsTimeoutAndNotBefore) {
     Machine machine;
     machine.load({{"service-timeout-1", 30}});
