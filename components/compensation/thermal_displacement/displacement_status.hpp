@@ -96,9 +96,10 @@ enum class DisplacementStatus : std::int32_t {
     held_back,
 };
 
-// A question that the operator answers; the size of the shift is told with it.
-constexpr hal::Said asked(const char* sentence, const char* remedy) {
-    return hal::Said{hal::Kind::warn, sentence, remedy}.sized("shift-size").told(hal::Tell::behind_panel);
+// Somebody has to act, or to answer.
+constexpr hal::Said doubted(const char* sentence, const char* remedy, const char* detail = "",
+                            const char* size = "") {
+    return hal::Said{hal::Kind::warn, sentence, remedy, {}, detail, size}.told(hal::Tell::behind_panel);
 }
 
 // The next contacts end it.
@@ -139,56 +140,45 @@ constexpr hal::Said said(DisplacementStatus status) {
             return {Kind::warn, "The kept reference is of another program or other tools.",
                     "Load its program. Learning again replaces the reference.", hal::Button::learn};
         case S::missed:
-            return hal::Said{
-                Kind::warn,
+            return doubted(
                 "Contacts do not come, or do not count: the offset holds, and returns to 0 after the hold "
                 "time.",
-                "Remove the cause, or learn again.",
-                {},
-                "detail-code"}
-                .told(Tell::behind_panel);
+                "Remove the cause, or learn again.", "detail-code");
         case S::old:
-            return hal::Said{Kind::warn,
-                             "No contact has counted for the hold time: the offset returns to 0.",
-                             "Remove the cause, or learn again.",
-                             {},
-                             "detail-code"}
-                .told(Tell::behind_panel);
+            return doubted("No contact has counted for the hold time: the offset returns to 0.",
+                           "Remove the cause, or learn again.", "detail-code");
         case S::program_event:
-            return hal::Said{
-                Kind::warn,
+            return doubted(
                 "The load of an operation rises by the program, not by the work: it does not count.",
-                "Keep the load steady before its contact, and learn again, or exclude the operation."}
-                .told(Tell::behind_panel);
+                "Keep the load steady before its contact, and learn again, or exclude the operation.");
         case S::poor_reference:
-            return hal::Said{Kind::warn, "The reference is uncertain.", "Learn again, or improve the load."}
-                .sized("reference-sigma")
-                .told(Tell::behind_panel);
+            return doubted("The reference is uncertain.", "Learn again, or improve the load.", "",
+                           "reference-sigma");
         case S::uncertain: return awaited("The growth is less certain than the tolerance of the work.");
         case S::held_back: return awaited("The growth is so uncertain that only a part of it is applied.");
         case S::prediction:
             return awaited("The growth since the last contact is uncertain: the offset holds that contact.");
         case S::asks:
-            return asked("All contacts moved at once: the offset leaves that out.",
-                         "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
-                         "the panel, or by growth_answer, whether it is growth.");
+            return doubted("All contacts moved at once: the offset leaves that out.",
+                           "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
+                           "the panel, or by growth_answer, whether it is growth.",
+                           "", "shift-size");
         case S::asks_of_tool:
-            return asked(
-                "The contacts of one tool moved at once, others did not: the offset leaves that "
-                "out.",
-                "Another tool, or measured again? Answer on the panel, or by growth_answer, "
-                "whether it is growth.");
+            return doubted(
+                "The contacts of one tool moved at once, others did not: the offset leaves that out.",
+                "Another tool, or measured again? Answer on the panel, or by growth_answer, whether it is "
+                "growth.",
+                "", "shift-size");
         case S::asks_of_feeds:
-            return asked("The contacts moved in proportion to their feeds: the offset leaves that out.",
-                         "Another latency or filter of the drive? Answer on the panel, or by "
-                         "growth_answer, whether it is growth.");
+            return doubted("The contacts moved in proportion to their feeds: the offset leaves that out.",
+                           "Another latency or filter of the drive? Answer on the panel, or by "
+                           "growth_answer, whether it is growth.",
+                           "", "shift-size");
         case S::asks_origin:
-            return hal::Said{
-                Kind::warn, "The work offset or a tool length has changed without a reason.",
-                "Give the reason on the panel, or by growth_answer: a new zero, growth corrected by "
-                "hand, or another depth."}
-                .sized("origin-change")
-                .told(Tell::behind_panel);
+            return doubted("The work offset or a tool length has changed without a reason.",
+                           "Give the reason on the panel, or by growth_answer: a new zero, growth corrected "
+                           "by hand, or another depth.",
+                           "", "origin-change");
         case S::dry_run:
             return {Kind::off, "Measure only: the growth is measured, and Z is not moved.",
                     "Let it correct when the growth is plausible.", hal::Button::dry_run};
@@ -212,8 +202,8 @@ struct DisplacementSeen {
     LearningFault learning_fault{};
     Refusal refusal{};
     Rejection rejection{};  // of the last contact
-    Doubt doubt{};
-    Shift shift{};  // without an answer
+    Doubt doubt{};          // the load, a shift and the origin have statuses of their own
+    Shift shift{};          // without an answer
     bool enabled = false, load_valid = true;
     bool learning = false, will_learn = false;
     bool has_reference = false, has_rows = false;  // has_reference: for this program
@@ -221,33 +211,6 @@ struct DisplacementSeen {
     bool known = false, bounded = false;
     DisplacementStatus interlock{};
 };
-
-// 0 for a doubt that the load, a shift or the origin explains.
-constexpr DisplacementStatus status_of(Doubt doubt) {
-    using S = DisplacementStatus;
-    switch (doubt) {
-        case Doubt::missed: return S::missed;
-        case Doubt::old: return S::old;
-        case Doubt::program_event: return S::program_event;
-        case Doubt::poor_reference: return S::poor_reference;
-        case Doubt::prediction: return S::prediction;
-        case Doubt::uncertain: return S::uncertain;
-        case Doubt::held_back: return S::held_back;
-        case Doubt::unknown: return S::no_contact;
-        default: return {};
-    }
-}
-
-constexpr DisplacementStatus status_of(Shift shift) {
-    using S = DisplacementStatus;
-    switch (shift) {
-        case Shift::all:
-        case Shift::only_tool: return S::asks;
-        case Shift::one_tool: return S::asks_of_tool;
-        case Shift::by_feed: return S::asks_of_feeds;
-        default: return {};
-    }
-}
 
 // Whether interlock keeps it from comparing contacts, too; with the machine off, the reference says more.
 constexpr bool prevents(DisplacementStatus interlock) {
@@ -276,10 +239,18 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {!its.has_reference, S::other_program},
                           {its.interlock != S{}, its.interlock},
                           {its.asks_origin, S::asks_origin},
-                          {its.shift != Shift{}, status_of(its.shift)},
-                          {status_of(its.doubt) != S{}, status_of(its.doubt)},
+                          {its.shift == Shift::one_tool, S::asks_of_tool},
+                          {its.shift == Shift::by_feed, S::asks_of_feeds},
+                          {its.shift != Shift::none, S::asks},
+                          {its.doubt == Doubt::missed, S::missed},
+                          {its.doubt == Doubt::old, S::old},
+                          {its.doubt == Doubt::program_event, S::program_event},
+                          {its.doubt == Doubt::poor_reference, S::poor_reference},
+                          {its.doubt == Doubt::prediction, S::prediction},
+                          {its.doubt == Doubt::uncertain, S::uncertain},
+                          {its.doubt == Doubt::held_back, S::held_back},
                           {its.dry_run, S::dry_run},
-                          {!its.known, S::no_contact},
+                          {!its.known || its.doubt == Doubt::unknown, S::no_contact},
                           {its.bounded, S::bounded},
                           {true, S::works}});
 }

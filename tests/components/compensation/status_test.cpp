@@ -302,14 +302,14 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
          {"an uncertain model", [](auto& its) { its.doubt = Doubt::prediction; }, S::prediction, Kind::warn},
          {"an uncertain growth", [](auto& its) { its.doubt = Doubt::uncertain; }, S::uncertain, Kind::warn},
          {"a part is held back", [](auto& its) { its.doubt = Doubt::held_back; }, S::held_back, Kind::warn},
-         {"no contact since the start", [](auto& its) { its.doubt = Doubt::unknown; }, S::no_contact,
-          Kind::wait},
          {"dry run",
           [](auto& its) {
               its.doubt = Doubt::none;
               its.dry_run = true;
           },
           S::dry_run, Kind::off},
+         {"no contact since the start", [](auto& its) { its.doubt = Doubt::unknown; }, S::no_contact,
+          Kind::wait},
          {"no contact yet", [](auto& its) { its.known = false; }, S::no_contact, Kind::wait},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
          {"nothing", [](auto&) {}, S::works, Kind::good}}));
