@@ -340,7 +340,7 @@ Subject squareness() {
              {"z-position", "slow"},
              {"w-position", "slope"}},
             "y-correction",
-            {{"chain", "w-X.b-W-Y-Z-C-t"}}};
+            {{"chain", "w-X.b-W-Y-Z-C-t"}, {"interlock", "no"}}};
 }
 
 void squareness_beside_pid(benchmark::State& state) {
@@ -452,7 +452,7 @@ Subject chopping() {
              {"run", "1"}},
             {},
             "command",
-            {{"sections", "2"}}};
+            {{"sections", "2"}, {"interlock", "no"}}};
 }
 
 void chopping_beside_pid(benchmark::State& state) {
@@ -469,7 +469,9 @@ void planning_chopping_beside_pid(benchmark::State& state) {
 
 // Without a procedure, with height and x of eight cuts on its pins.
 Subject centre_height() {
-    Subject subject{"centre_height", "update", {{"keyed", "1"}, {"cuts", "8"}, {"method", "3"}}, {}, "sigma", {{"keyed_cuts", "8"}}};
+    Subject subject{
+        "centre_height",      "update", {{"keyed", "1"}, {"cuts", "8"}, {"method", "3"}}, {}, "sigma",
+        {{"keyed_cuts", "8"}}};
     for (int i = 0; i < 8; ++i) {
         const double x = 5 - 0.1 * i, y = i % 2 ? -1 : 1;
         const std::string number = "-" + std::to_string(i);
