@@ -6,7 +6,6 @@
 #include "hal/thread_watch.hpp"
 #include "pages/interlock.page.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -216,10 +215,9 @@ struct Interlock final : hal::Component {
 
     void update(double dt) noexcept {
         if (read(dt)) settling_ = settle_in;
-        // What is under way ends by time, and a pin may have been netted since.
-        if (settling_ > 0 || periods_ % refreshed_in == 0) {
+        if (settling_ > 0) {
             judge(dt);
-            settling_ = waits() ? settle_in : std::max(settling_ - 1, 0);
+            settling_ = waits() ? settle_in : settling_ - 1;
         }
         if (!holds_) ++beats_;
         periods_ = (periods_ + 1) & std::numeric_limits<std::int32_t>::max();
@@ -237,8 +235,7 @@ private:
     static constexpr double abort_time = 0.1;                             // s
     static constexpr double told_after = 1;                               // s, of a row that is not heard
     static constexpr int answer_in = 3;  // periods in which a function or a stage reports its ramp
-
-    static constexpr int settle_in = 4, refreshed_in = 16;  // periods
+    static constexpr int settle_in = 4;  // periods, until all follows from what is new
 
     // Whether anything is new but beats.
     bool read(double dt) noexcept {
@@ -352,7 +349,7 @@ private:
              {!machine_.homed && stages.in_force != 0, Waiting::homing}});
     }
 
-    // Whether a delay runs.
+    // Whether a delay runs, which ends by time.
     bool waits() const noexcept {
         return announced_ > 0 || silent_.waits() || abort_.waits() || defeated_.waits() ||
                uncompensated_.waits() || refused_.waits() || held_.waits();
@@ -372,7 +369,7 @@ private:
     std::int32_t periods_ = 0;  // all
     bool armed_ = false, was_armed_ = false;
     int announced_ = 0;         // periods in which ramping is true without a ramp
-    int settling_ = settle_in;  // periods after news, until all follows from it
+    int settling_ = settle_in;  // periods left
 };
 
 hal::Model hal::model() {

@@ -555,8 +555,8 @@ TEST(Interlock, StatusNamesTheFirstThatKeepsTheMachineFromBeingCompensated) {
     }
 }
 
-// Where the signal has a reader, HAL gives it no value of a new writer.
-TEST(Interlock, AnOutputThatIsNettedLateHasItsValueWithinSixteenPeriods) {
+// Also where nothing is new, and interlock writes nothing.
+TEST(Interlock, AnOutputThatIsNettedLateHasItsValue) {
     Machine machine;
     machine.load({{"function-switch-0", 1}, {"motion-enabled", 1}, {"all-homed", 1}});
     machine.bench.run(1);
@@ -564,7 +564,7 @@ TEST(Interlock, AnOutputThatIsNettedLateHasItsValueWithinSixteenPeriods) {
     for (const char* pin : {"compensated", "service-ok-3", "function-enable-0"}) {
         machine.bench.command("net late lamp.in0");
         machine.bench.command(std::string("net late it.") + pin);
-        machine.step(16);
+        machine.step();
         EXPECT_EQ(machine.bench.get("lamp.in0"), 1) << pin;
         machine.bench.command("delsig late");
         machine.bench.set("lamp.in0", 0);
@@ -638,6 +638,19 @@ TEST(Interlock, AServiceBeatsByTheWordOfItsOwnProgramAlone) {
         machine.step(2);
         EXPECT_EQ(machine.get("service-ok-1"), ready);
     }
+}
+
+TEST(Interlock, AServiceThatComesLateAndDoesNotBeatIsHeard) {
+    Machine machine;
+    machine.load();
+    machine.bench.command("unlinkp it.service-state-1");
+    machine.set("service-state-1", 0);
+    machine.bench.run(5);
+    EXPECT_TRUE(machine.get("service-ok-1")) << "nothing is netted";
+    machine.set("service-state-1", hal::BusWord::of(hal::Party::program, hal::Direction::to_interlock, 1, 0,
+                                                    hal::ProgramReport{false, false}.content()));
+    machine.step(3);
+    EXPECT_FALSE(machine.get("service-ok-1")) << "it is not ready";
 }
 
 TEST(Interlock, AServiceWithoutARowIsAFaultAndIsNotTakenForOk) {
