@@ -237,7 +237,7 @@ class Shift(Recorded):
         self.assertLess(abs(np.diff(command, 2)).max() / PERIOD**2, 1.01 * HARDEST)
         self.assertGreaterEqual(self.shift["chop.command"][off].min(), LOWER)
         self.assertLess(np.ptp(self.shift["grinder.truth-position"][off[1500:]]), 2 * um)
-        self.assertRegex("\n".join(self.errors), "not homed while a stroke is out")
+        self.assertRegex("\n".join(self.errors), "not homed while a stroke is in force")
         self.assertRegex("\n".join(self.errors), "lost homed while the axis stroked")
 
     def test_g80_1_after_off_and_on_gives_the_reason_at_once(self):

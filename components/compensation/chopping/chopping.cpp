@@ -169,8 +169,8 @@ private:
         its.trial_over = untried && !its.orders.enable;
         its.on = motion_enabled;
         its.homed = homed;
-        its.spindle_on = untried || spindle_on;  // a trial strokes with a wheel that stands
-        its.at_speed = untried || spindle_at_speed;
+        its.spindle_on = spindle_on;
+        its.at_speed = spindle_at_speed;
         its.stage_limited = stage_limited;
         const std::int32_t released = stage_released;
         its.releasable = released >= 0;

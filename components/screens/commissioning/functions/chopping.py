@@ -31,9 +31,11 @@ class Strokes(OnTrial):
         place, lowest, highest = (float(rig.get(instance, short)) for short in ("position", "min-limit", "max-limit"))
         if place - STROKE * self.unit - lowest < MARGIN * self.unit or highest - place < MARGIN * self.unit:
             return Verdict("state", _("The axis is nearer than {margin} mm to a soft limit.").format(margin=number(MARGIN)), _("Move it to the middle of its travel."))
-        unlent = self.session.lend(instance, "learn", 0) if rig.get(instance, "learn") else None  # learning begins inside the dead points
-        if unlent is not None:
-            return unlent
+        # Learning begins inside the dead points, and the wheel stands.
+        for short, value in (("learn", 0), ("without-wheel", 1)):
+            unlent = self.session.lend(instance, short, value) if bool(rig.get(instance, short)) != bool(value) else None
+            if unlent is not None:
+                return unlent
         rig.await_condition(lambda: not rig.get(rig.lock, "program-running"))  # G81.1 of the last press
         refused = unready(rig)
         if refused is not None:
