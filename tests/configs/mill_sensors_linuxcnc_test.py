@@ -29,9 +29,10 @@ class Sensors(unittest.TestCase):
         self.assertEqual(self.shift["growth.load-valid"].max(), 0)
         self.assertEqual(abs(self.shift["axis.z.eoffset"]).max(), 0)
 
-    def test_the_operator_gets_a_message_for_each_lost_sensor(self):
-        for message in ("can-sensor.spindle-load: ", "Growth of Z: The load is lost", "modbus-sensor.shop: "):
+    def test_the_operator_gets_a_message_for_each_lost_link_and_none_of_its_channels(self):
+        for message in ("can-sensor.drives: ", "Growth of Z: The load is lost", "modbus-sensor.cabinet: "):
             self.assertTrue(any(one.startswith(message) for one in self.told), (message, self.told))
+        self.assertFalse(any("The link is not connected" in one for one in self.told), self.told)
 
     def test_no_cycle_begins_without_linuxcnc_link(self):
         self.assertEqual(self.facts["link"], [True, True, True])

@@ -14,6 +14,7 @@ UPPER, LOWER, END, SPEED = "Upper dead point, mm", "Lower dead point, mm", "Poin
 def work(operator):
     finger, host, machine, seen = operator.finger, operator.host, operator.machine, operator.seen
     operator.begin()
+    host.set("chop.without-wheel", 1)
     seen["program"] = os.path.basename(machine.poll().file)
     finger.open("Chopping", "Ends and start")
     finger.press("Ends and start")

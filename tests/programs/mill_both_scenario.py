@@ -198,7 +198,7 @@ class Day(Scenario):
         self.machine.wait(1)
         self.begin("returned")
         os.kill(self.processes("inihal")[0], signal.SIGCONT)
-        self.await_message("plumb-retain, does not answer")
+        self.await_message("plumb-retain (service 0) does not answer")
         self.machine.abort()
         self.await_pin("interlock.function-enable-0", 0)
         self.machine.wait(1)

@@ -23,16 +23,17 @@ class Sensors(Scenario):
         machine = self.machine
         self.start_device()
         self.until("modbus-sensor.spindle-nose.valid", True)
-        self.message("can-sensor.spindle-load: ")
+        self.message("can-sensor.drives: ")
         machine.turn_on()
         machine.home()
         machine.mdi("G10 L2 P1 X0 Y0 Z-250")
         self.facts["nose"] = self.host.get("modbus-sensor.spindle-nose.value")
         self.facts["without CAN"] = self.host.get(["can-sensor.drives.connected", "can-sensor.spindle-load.valid", "growth.load-valid"])
         self.part(before="learn.ngc")
+        told = self.told("modbus-sensor.cabinet: ")
         DEVICES[-1].kill()
         self.until("modbus-sensor.spindle-nose.valid", False)
-        self.message("modbus-sensor.shop: ")
+        self.message("modbus-sensor.cabinet: ", told)
         self.until("modbus-sensor.cabinet.connected", False)
         self.part()
         self.start_device()
@@ -79,8 +80,12 @@ class Sensors(Scenario):
     def until(self, pin, value):
         self.come(lambda: self.host.get(pin) == value, "%s = %s" % (pin, value))
 
-    def message(self, text):
-        self.come(lambda: any(one.startswith(text) for one in self.machine.errors), text)
+    def told(self, text):
+        return sum(one.startswith(text) for one in self.machine.errors)
+
+    def message(self, text, before=0):
+        """One more than before."""
+        self.come(lambda: self.told(text) > before, text)
 
     def come(self, condition, what):
         """By the computer's clock: the devices' programs run on it. Messages do not end it."""

@@ -224,7 +224,7 @@ class Operator:
     def residual(self):
         """A square machine with a residual of 1 um: its lean is saved, and the others stay."""
         finger, host = self.finger, self.host
-        others = ["square.ea0z", "square.eb0z", "square.eb0x", "square.axis-direction", "square.to-bed", "square.ea0y"]
+        others = ["square.ea0z", "square.eb0z", "square.eb0x", "square.axis-direction", "square.ea0y"]
         before = host.get(others)
         self.lean("Y EC0Y", "Y leans to +X", "0.001")
         finger.press("Test move")

@@ -94,7 +94,7 @@ class Command(unittest.TestCase):
     def test_an_unknown_table_is_refused(self):
         done = run_bench("grinder", "--tables", "drives")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("errors, force, proven, ends, times", done.stderr.replace("'", ""))
+        self.assertIn("errors, force, proven, ends, way-out, times", done.stderr.replace("'", ""))
 
 
 class OneAxis(unittest.TestCase):

@@ -18,7 +18,7 @@ class ChoppingPage(FunctionPage):
 
     def content(self):
         self._picture = StrokePicture(self)
-        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Speed of the stroke"),
+        self._figures = Figures(_("Upper dead point"), _("Lower dead point"), _("Strokes"), _("Cycle time"), _("Out of the work within"), _("Speed of the stroke"),
                                 _("Point R"), _("Command"), _("Measured"))
         self._learned = label("")
         return [self._figures, self._picture, card(label(_("Learned correction"), "value"), self._learned)]
@@ -74,6 +74,7 @@ class ChoppingPage(FunctionPage):
         self._figures.show_value(_("Lower dead point"), position(get("measured-lower")))
         self._figures.show_value(_("Strokes"), number(get("stroke-count", 0)))
         self._figures.show_value(_("Cycle time"), "%.3f s" % get("actual-cycle-time"))
+        self._figures.show_value(_("Out of the work within"), "%.1f s" % get("way-out-time"))
         self._figures.show_value(_("Point R"), position(get("end-position")))
         self._figures.show_value(_("Command"), position(get("command")))
         self._figures.show_value(_("Measured"), position(get("measured-position")))

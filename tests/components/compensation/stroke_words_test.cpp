@@ -84,6 +84,7 @@ TEST_F(Words, HaveTheNumbersThatProgramsGive) {
                            {"without_sections", StrokeWords::without_sections},
                            {"check", StrokeWords::check},
                            {"forget", StrokeWords::forget},
+                           {"abort", StrokeWords::abort},
                            {"go_to_end", StrokeWords::go_to_end},
                            {"new_region", StrokeWords::shift},
                        }));
@@ -164,7 +165,7 @@ TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
     for (const double value : {-1.0, nan, inf}) EXPECT_FALSE(give(StrokeWords::exact_stop, value)) << value;
     for (const double value : {nan, inf, 1e308})
         EXPECT_FALSE(give(StrokeWords::section_from, value)) << value;
-    for (const double number : {-1.0, 0.5, 15.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
+    for (const double number : {-1.0, 0.5, 16.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
     EXPECT_FALSE(give(nan, 1));
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "from 0 to 0";
     EXPECT_EQ(with(it, settings), none);

@@ -66,7 +66,7 @@ TEST_F(StrokingAxisTest, StrokesAndReturnsToItsEnd) {
     EXPECT_EQ(it.fault(), Fault::none);
 }
 
-TEST_F(StrokingAxisTest, AStartThatIsNotReadyIsRefusedUntilRunIsFalse) {
+TEST_F(StrokingAxisTest, AStartThatIsNotReadyIsRefusedUntilTheNextOne) {
     now.homed = false;
     start();
     EXPECT_FALSE(it.motion().moves());
@@ -76,9 +76,10 @@ TEST_F(StrokingAxisTest, AStartThatIsNotReadyIsRefusedUntilRunIsFalse) {
     EXPECT_FALSE(it.motion().moves());
     now.orders.run = false;
     run(0.1);
-    EXPECT_EQ(it.fault(), Fault::none);
+    EXPECT_EQ(it.fault(), Fault::not_ready);
     start();
     EXPECT_TRUE(it.motion().moves());
+    EXPECT_EQ(it.fault(), Fault::none);
 }
 
 TEST_F(StrokingAxisTest, MachineOffStopsItAtOnceAndOnMovesNothing) {
