@@ -124,14 +124,11 @@ public:
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
     double stroke_time(bool upward) const noexcept { return duration_[upward]; }  // s, of the last plan
-    // S, to the dead point that is clear of the work: it goes on to the other one, or turns back before.
+    // S, at most, until the axis is out of the work: both strokes, as the way back after a turn is a slower
+    // one.
     double longest_way_out() const noexcept {
         const double crank = pi * (upper_ - lower_) / (2 * std::max(settings_.speed, nothing));
-        const double down = std::max(duration_[0], crank), up = std::max(duration_[1], crank);
-        return down + up -
-               (settings_.clear == Stop::none    ? 0
-                : settings_.clear == Stop::lower ? up / 2
-                                                 : down / 2);
+        return std::max(duration_[0], crank) + std::max(duration_[1], crank);
     }
     const StrokePlan& plan() const noexcept { return plans_[running_]; }  // that runs, or ran last
     bool upward() const noexcept { return plan().upward(); }
