@@ -5,7 +5,6 @@
 import subprocess
 import sys
 
-from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
 
@@ -81,16 +80,6 @@ class Off(Scenario):
         self.machine.mdi("G81.1 Z40 Q-80 P6000")
         self.facts["strokes"] = [self.host.get("chop.stroking"), self.host.get("chop.fault-code")]
         self.machine.mdi("G80.1")
-
-    def message_of(self, action):
-        """What the operator reads within 5 s."""
-        texts = []
-        for each in (action, lambda: self.machine.wait_for(lambda status: False, "a message", 5)):
-            try:
-                each()
-            except (OperatorError, Overdue) as error:
-                texts.append(str(error))
-        return "; ".join(texts)
 
 
 if __name__ == "__main__":

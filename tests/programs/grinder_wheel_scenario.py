@@ -5,7 +5,6 @@
 import subprocess
 import sys
 
-from plumb_linuxcnc import OperatorError, Overdue
 from scenario import Scenario, run
 
 STROKE, LOWER, R = "G81.1 Z5 Q-30 R5 P3600", -25, 10
@@ -82,16 +81,6 @@ class Wheel(Scenario):
         self.machine.mdi(STROKE)
         self.await_condition(lambda: self.host.get("chop.stroke-count") >= 2, "the strokes")
         self.machine.mdi("G80.1")
-
-    def message_of(self, action):
-        """What the operator reads within 5 s."""
-        texts = []
-        for each in (action, lambda: self.machine.wait_for(lambda status: False, "a message", 5)):
-            try:
-                each()
-            except (OperatorError, Overdue) as error:
-                texts.append(str(error))
-        return "; ".join(texts)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ import os
 import subprocess
 
 import linuxcnc
-from plumb_linuxcnc import Machine
+from plumb_linuxcnc import Machine, OperatorError, Overdue
 
 WORKED = 42  # exit status, no one else's
 LONGEST = 300  # seconds of the machine's time: a file is read beside it
@@ -73,6 +73,16 @@ class Scenario:
     def await_message(self, words):
         """Waits until the operator has read an error with these words."""
         self.await_condition(lambda: self.machine.poll() and any(words in text for text in self.machine.errors), words)
+
+    def message_of(self, action):
+        """Returns what the operator reads in an action and the 5 s after it."""
+        texts = []
+        for each in (action, lambda: self.machine.wait_for(lambda status: False, "a message", 5)):
+            try:
+                each()
+            except (OperatorError, Overdue) as error:
+                texts.append(str(error))
+        return "; ".join(texts)
 
     def rest(self):
         """Long enough for the drives to come to where they are commanded to 1e-9 mm: 50 ms is 16 time constants."""

@@ -158,15 +158,17 @@ private:
         if (orders.shifts && motion_.moves()) take_over(given, dt);
     }
 
-    // A spindle that is ordered off ends the strokes, and so does one that lost its speed. An abort and the
-    // end of a program order it off, too: it is a fault where the program goes on.
+    // The axis leaves the work when its spindle stops or loses its speed, also in spark-out strokes. A lost
+    // speed is a fault at once. An abort and the end of a program stop the spindle, too: a stopped spindle is
+    // a fault when the program still orders strokes some time later.
     void watch_wheel(const Now& now, double dt) noexcept {
-        const Inputs& given = now.given;
-        const bool slow = given.spindle_on && below_speed_ > values().at_speed_time;
-        if (motion_.state() == StrokeMotion::State::stroking && !values().without_wheel &&
-            (slow || !given.spindle_on)) {
+        using State = StrokeMotion::State;
+        const bool strokes = motion_.state() == State::stroking || motion_.state() == State::stopping;
+        const bool slow = now.given.spindle_on && below_speed_ > values().at_speed_time;
+        if (strokes && !motion_.failed() && !values().without_wheel && (slow || !now.given.spindle_on)) {
             leaves_ = wheel_lost_ = true;
-            lost_for_ = slow ? answer_time : 0;
+            lost_for_ = 0;
+            if (slow) faults_.happen(Fault::wheel_lost);
         }
         if (!wheel_lost_ || !now.orders.ordered) return;
         lost_for_ += dt;

@@ -91,7 +91,7 @@ struct AxisChain {
         return {};
     }
     bool rotary() const noexcept { return has(Axis::A) || has(Axis::B) || has(Axis::C); }
-    // The letters of the linear axes by coordinate(), as "xyzw", and those of the rotary ones, as "ac".
+    // Letters of the linear axes in the order of coordinate(), such as "xyzw"; of the rotary axes, such as "ac".
     std::string linear_letters() const {
         return letters({Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W});
     }

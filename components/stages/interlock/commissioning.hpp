@@ -81,7 +81,7 @@ private:
 
     static std::string instance_of(const std::string& pin) { return pin.substr(0, pin.rfind('.')); }
 
-    // What the module of an instance declares.
+    // The declaration of the module of an instance.
     template <class Answer>
     Answer asked(const std::string& instance, const char* symbol, const std::string& about,
                  Answer otherwise) const {
@@ -224,8 +224,8 @@ struct Commissioning : hal::Group {
     hal::Row<hal::Out<std::int32_t>> stage_identity{
         this, stages, "stage-identity",
         "Identity of the stage: its signals, joint, drive and unit; 0: not known."};
-    hal::Row<hal::Out<std::uint32_t>> stage_permit{this, stages, "stage-permit",
-                                                   "What the stage may do: to its permit."};
+    hal::Row<hal::Out<std::uint32_t>> stage_permit{
+        this, stages, "stage-permit", "Permit of the stage: net it to the pin permit of the stage."};
     hal::Out<double> trial{this, "trial", "mu",
                            "Offset of the stage on trial: to the pin trial of each stage."};
 

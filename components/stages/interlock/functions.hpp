@@ -2,14 +2,14 @@
 // Who may act: services, stages and functions. What interlock knows of a row is a bit of a sum, so that one
 // operation does for all rows. In each period:
 //
-//     Services::step      which programs answer
-//     Stages::step        what the stages do
-//     Functions::read     what the functions do, and what the operator wants
-// and, where one of these is new:
-//     Functions::step     which functions may act
-//     Functions::show     why the others do not
-// and last:
-//     Functions::permit   the words
+//     Services::step      reads the words of the programs
+//     Stages::step        reads the words of the stages
+//     Functions::read     reads the words of the functions, and the switches of the operator
+// If one of these is new:
+//     Functions::step     decides which functions may act
+//     Functions::show     gives the reason why a function may not act
+// At the end of the period:
+//     Functions::permit   writes the permits
 //
 // A function needs services, and acts on stages. A service that it needs and that stops turns it off: at once
 // if the service is urgent, else as soon as the function is not busy. A service that returns turns nothing
@@ -327,8 +327,9 @@ struct Functions : hal::Group {
                 "function-state",
                 "What the function does: from its state."};
 
-    hal::Row<hal::Out<std::uint32_t>> word{this, number_, "function-permit",
-                                           "What the function may do: to its permit."};
+    hal::Row<hal::Out<std::uint32_t>> word{
+        this, number_, "function-permit",
+        "Permit of the function: net it to the pin permit of the function."};
     hal::Row<hal::Out<bool>> enable{this, number_, "function-enable", "The permit enables the function."};
     hal::Row<hal::Out<bool>> lost{
         this, number_, "function-lost",

@@ -188,6 +188,22 @@ TEST_F(ChoppingWayOut, ASpindleThatIsOrderedOffWithItsProgramIsNoFault) {
     }
 }
 
+TEST_F(ChoppingWayOut, AWheelThatTripsInSparkOutLeavesTheWork) {
+    set("abort-kind", by_upper);
+    set("spark-out", 20);
+    start();
+    bench.run(1.2);
+    set("run", 0);
+    bench.run(0.6);
+    ASSERT_EQ(get("sparking-out"), 1);
+    set("spindle-at-speed", 0);
+    bench.run(0.21);
+    EXPECT_EQ(get("withdrawing"), 1);
+    EXPECT_EQ(get("fault-code"), 28);
+    bench.run(2);
+    EXPECT_EQ(get("at-end"), 1);
+}
+
 TEST_F(ChoppingWayOut, StrokesWithoutAWheelNeedNoSpindle) {
     set("without-wheel", 1);
     set("spindle-on", 0);

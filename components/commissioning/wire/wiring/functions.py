@@ -38,7 +38,7 @@ class Function:
         self.remap = given.get("remap", [])
         self.m_codes = given.get("m_codes", False)
         self.ini = given.get("ini", {})
-        self.values = self.ini  # those of a machine, by section and name
+        self.values = self.ini  # values of the INI file, by section and name
         self.missing = given.get("missing", [])
         self.check = self._file("check.py")
         self.check_hal = self._file("check.hal")
@@ -85,8 +85,8 @@ class Function:
         return bool(declared["pins"].get(short, {}).get("only_with")) and plumb.has_pin(declared, short, loaded[instance][1])
 
     def _repeated(self, command, loaded):
-        """A command, and its repetitions for more axes and rows than the smallest machine has: the file of a function has those of Z
-        and 0 alone. A signal without a number goes to all rows."""
+        """Returns the command, and a copy of it for each further axis and row of the machine: the HAL file of a function has only the
+        lines of Z and of row 0. A signal without a number goes to all rows."""
         found = [command]
         for letter in "uvwabc":
             words = [re.sub(r"^((?:.*\.)?)z-", r"\g<1>%s-" % letter, word) for word in command.words]
