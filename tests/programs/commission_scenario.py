@@ -104,6 +104,9 @@ class Machine(Scenario):
     def before(self):
         """What a person does first."""
 
+    def before_on(self):
+        """After the emergency stop, with the machine still off."""
+
     # --- faults: each returns the lines that take it back ---
 
     def put_nothing(self):
@@ -455,6 +458,11 @@ class Axes(Grows, Machine):
     function, instance = "axis_growth", "axis-growth"
     plant = {letter.upper(): "artifact.%s-position" % letter for letter in "xyz"}
     net = "axis-growth.temperature-1"
+
+    def before_on(self):
+        """The offsets need 15 s to return: a step waits for 10 s."""
+        most = max(abs(self.host.get("axis-growth.%s-offset" % letter)) for letter in "xyz")
+        self.host.set("axis-growth.max-rate", most / 15)
 
     def with_fault(self, fault):
         for number in range(2):

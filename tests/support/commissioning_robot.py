@@ -261,6 +261,7 @@ def _stop(robot, session, step):
 
 
 def _on(robot, session, step):
+    robot.scenario.before_on()
     robot.machine.turn_on()
     if not all(robot.machine.poll().homed[: robot.machine.status.joints]):
         robot.machine.home()

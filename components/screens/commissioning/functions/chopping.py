@@ -52,6 +52,8 @@ class Strokes(OnTrial):
 
     def end_press(self):
         super().end_press()
+        # A wheel that stands is no fault as long as the axis still slows down.
+        self.rig.await_condition(lambda: not self.rig.get(self.function.instance, "active"), 2)
         self.session.give_back()
 
     def acting(self):
