@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -35,8 +36,15 @@ public:
                     nets_.emplace_back(words[i], words[i + 2]);
     }
 
-    // It is in HAL, and its process has ended.
-    bool is_dead() const { return process_ > 0 && kill(process_, 0) != 0 && errno == ESRCH; }
+    // It is in HAL, and its process has ended, also where no parent has waited for it yet.
+    bool is_dead() const {
+        if (process_ <= 0) return false;
+        if (kill(process_, 0) != 0) return errno == ESRCH;
+        std::ifstream file("/proc/" + std::to_string(process_) + "/stat");
+        std::string line;
+        std::getline(file, line);
+        return line.find(") Z ") != std::string::npos;
+    }
 
     // HAL counts the components of this process, and a foreign one that leaves counts as its own: another
     // entry, without pins, stays in HAL instead.

@@ -237,6 +237,15 @@ class GrowthLog(unittest.TestCase):
         self.assertEqual(self.process(), before)
         self.play(60)
 
+    def test_a_killed_one_for_which_its_parent_does_not_wait_is_replaced(self):
+        parent = os.path.join(self.folder, "parent.sh")
+        with open(parent, "w", encoding="utf-8") as file:
+            file.write("%s --file %s &\nexec sleep 60\n" % (GROWTH_LOG, self.toml))
+        self.host.command("loadusr sh " + parent)
+        self.until(lambda: self.process() is not None and self.is_there("growth-log.lines"), "growth_log has its pins", tick=True)
+        self.kill()
+        self.start_log_again()
+
     def test_another_test_that_runs_as_it_starts_gets_a_log_of_its_own(self):
         self.start_log()
         self.play(100)
