@@ -116,7 +116,8 @@ class Machinery:
 
     def move(self, **positions):
         """A straight move in machine coordinates."""
-        self.machine.mdi("G53 G0 " + " ".join("%s%.6f" % item for item in positions.items()))
+        units = "G21" if self.unit == 1 else "G20"  # a trial before may have left others
+        self.machine.mdi(units + " G53 G0 " + " ".join("%s%.6f" % item for item in positions.items()))
         self.machine.wait(0.3)
 
     def lacking_velocity(self, letter):
