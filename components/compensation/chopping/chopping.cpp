@@ -61,6 +61,8 @@ struct Chopping final : hal::Component {
                           hal::machine()};
     hal::In<double> position{this, "position", 0, "mu",
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
+    hal::In<double> joint_velocity{this, "joint-velocity", 0, "mu/s",
+                                   "Commanded velocity of the joint, for command-velocity: joint.N.vel-cmd."};
     hal::In<double> joint_feedback{this, "joint-feedback", 0, "mu",
                                    "Measured position of the joint, without the offset: joint.N.pos-fb."};
     hal::In<double> motor_feedback{
@@ -91,7 +93,10 @@ struct Chopping final : hal::Component {
     ChoppingSettings settings{this, sections};
 
     hal::Out<double> offset{this, "offset", "mu", "For the stage of the joint."};
-    hal::Out<double> command{this, "command", "mu", "Position with the offset: joint.N.posthome-cmd."};
+    hal::Out<double> command{this, "command", "mu",
+                             "Position with the offset: joint.N.posthome-cmd, or for other functions."};
+    hal::Out<double> command_velocity{this, "command-velocity", "mu/s",
+                                      "Velocity of joint and stroke together, for other functions."};
     hal::Out<bool> at_end{this, "at-end", "The axis rests at position, and the offset is 0."};
     hal::Out<bool> place_known{
         this, "place-known",
@@ -114,7 +119,7 @@ struct Chopping final : hal::Component {
         this, "end-position", "mu",
         "Point R, where strokes end, for a display: position at its last good value."};
     hal::Out<double> measured_position{this, "measured-position", "mu",
-                                       "Measured position of the axis, with the offset, for a display."};
+                                       "Measured position of the axis, with the offset."};
     StrokePins stroke{this};
     DeadPointPins dead_points{this};
     hal::Records records{this};
@@ -195,6 +200,9 @@ private:
     void show(const StrokingAxis::Inputs& inputs) noexcept {
         offset = axis_.offset();
         command = axis_.command();
+        const double rate = joint_velocity;
+        command_velocity =
+            (std::abs(rate) <= StrokingAxis::farthest ? rate : 0) + axis_.motion().leading().velocity();
         feed_wait = axis_.busy();
         end_position = axis_.position();
         measured_position = axis_.measured();

@@ -24,6 +24,7 @@ struct DeadPointPins : hal::Group {
     hal::Out<double> lower_correction{this, "lower-correction", "mu",
                                       "Correction of the commanded lower dead point; positive is outward."};
     hal::Out<double> speed_factor{this, "speed-factor", "1", "Part of the speed that learning permits."};
+    hal::Out<bool> learns{this, "learns", "Learn is in force, for squareness: L-learns."};
     hal::Out<bool> learned{this, "learned", "Both dead points were within tolerance twice."};
     hal::Out<double> drift{this, "drift", "mu", "Change of a correction since it was first learned."};
 
@@ -37,6 +38,7 @@ struct DeadPointPins : hal::Group {
         upper_correction = values.learn ? watch.arrival(true).offset : 0;
         lower_correction = values.learn ? watch.arrival(false).offset : 0;
         speed_factor = supervision.part(values);
+        learns = values.learn;
         learned = values.learn && learning.learned();
         drift = values.learn ? learning.drift() : 0;
     }
