@@ -199,7 +199,7 @@ struct Squareness final : hal::Component {
             corrected_velocity[i] = motion.velocity[k] + velocity[k];
         }
         for (int i = 0; i < 3; ++i) error[i] = homed ? result_.error[i] : 0;
-        reversal.watch(motion.position - result_.reversal + offset, jumped,
+        reversal.watch(motion.position - result_.reversal + offset, jumped || left_out,
                        settings.values().reversal_distance, result_);
         ramping = ramps_.ramping();
         report(jumped && was_active);
@@ -244,7 +244,8 @@ private:
         const bool set_anew = edited || reloaded || active != model_.active();
         if (set_anew || tool != model_.tool()) {
             if (set_anew)
-                model_.set(settings.values(), tool, active), model_.leave_out(reversal.twice());
+                model_.set(settings.values(), tool, active),
+                    model_.leave_out(reversal.twice(), reversal.learned());
             else
                 model_.set_tool(tool);
             result_ = model_.at(reader_.motion(), reversal.now(), tables_.in_use());
@@ -267,7 +268,8 @@ private:
                                               {tables_.refused(), Fault::tables},
                                               {!result_.steady, Fault::steep},
                                               {compensated.fault() != Fault::none, compensated.fault()},
-                                              {reversal.any_twice(), Fault::twice}});
+                                              {reversal.any_twice(), Fault::twice},
+                                              {reversal.any_learned(), Fault::learned}});
         fault = code;
         has_fault_ = code != Fault::none;
         table_fault = tables_.refused();

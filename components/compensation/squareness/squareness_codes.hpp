@@ -21,7 +21,8 @@ enum class Fault : std::int32_t {
     speed,
     contour,
     side,
-    twice
+    twice,
+    learned
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -60,6 +61,10 @@ constexpr const char* sentence(Fault fault) {
         case Fault::twice:
             return "LinuxCNC compensates an axis by BACKLASH or COMP_FILE, and a table has the scale of this "
                    "axis, too; the table of the scale is not used.";
+        case Fault::learned:
+            return "Strokes learn the dead points of an axis, and a table has its scale by direction, as "
+                   "EXX+ and EXX-; "
+                   "the mean of both columns is used: set learn of chopping false, or delete these columns.";
         default: return nullptr;
     }
 }
@@ -95,10 +100,10 @@ constexpr hal::Said said(SquarenessStatus status) {
         case SquarenessStatus::nothing_set:
             return {Kind::off, "No angle is set: nothing is corrected.", "Measure the tilts, and save them."};
         case SquarenessStatus::without_effect:
-            return hal::Said{Kind::warn,
-                             "The angles that are set turn the work and the tool alike: nothing is corrected.",
-                             "Enter the readings on this page, or run plumb squareness: it gives the angles for "
-                             "this chain."}
+            return hal::Said{
+                Kind::warn, "The angles that are set turn the work and the tool alike: nothing is corrected.",
+                "Enter the readings on this page, or run plumb squareness: it gives the angles for "
+                "this chain."}
                 .told(Tell::text, 10);
         case SquarenessStatus::ramping:
             return {Kind::wait, "The axes move to their correction.", "Wait for the end of the move."};

@@ -183,8 +183,12 @@ public:
         return correction_.chain().ideal_slopes() * motion.velocity;
     }
 
-    // Axes whose scale LinuxCNC compensates: their tables of it do not count.
-    void leave_out(const std::array<bool, 4>& scales) noexcept { left_out_ = scales; }
+    // Axes whose scale LinuxCNC compensates: their tables of it do not count. `learned`: axes whose dead
+    // points chopping corrects: their scale does not differ by direction.
+    void leave_out(const std::array<bool, 4>& scales, const std::array<bool, 4>& learned) noexcept {
+        left_out_ = scales;
+        learned_ = learned;
+    }
 
     void set_tool(const Eigen::Vector3d& tool) noexcept { tool_ = tool; }
 
@@ -292,9 +296,12 @@ private:
             const auto k = static_cast<Eigen::Index>(i);
             const double place = (there[k] + pivot_[k]) * millimetres_;
             DirectedErrorTable::Reading reading = tables[i]->at(place, d.values[k]);
-            if (left_out_[i]) {
-                const auto own = static_cast<std::size_t>(direction(axis));
-                reading.at.errors[own] = reading.at.slopes[own] = reading.halves[own] = 0;
+            const auto own = static_cast<std::size_t>(direction(axis));
+            if (left_out_[i] || learned_[i]) {
+                const ErrorTable::Reading mean = left_out_[i] ? ErrorTable::Reading{} : tables[i]->at(place);
+                reading.at.errors[own] = mean.errors[own];
+                reading.at.slopes[own] = mean.slopes[own];
+                reading.halves[own] = 0;
             }
             correction_.chain().set_error(axis, error(there[k], reading));
             beyond |= !tables[i]->covers(place);
@@ -349,7 +356,7 @@ private:
     TipCorrection correction_;
     Eigen::Vector3d tool_ = Eigen::Vector3d::Zero();  // mu
     bool active_ = false, displaces_ = false;
-    std::array<bool, 4> left_out_{};
+    std::array<bool, 4> left_out_{}, learned_{};
     double most_ = 0;                                   // mu
     bool shares_ = false;                               // U, V or W corrects its own travel
     Eigen::Vector3d led_to_ = Eigen::Vector3d::Zero();  // mu, the last correction

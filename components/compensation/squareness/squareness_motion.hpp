@@ -92,6 +92,8 @@ public:
     hal::Axes<hal::In<double>> compensated{
         this, axes_, "%-backlash-corr",
         0,    "mu",  "Compensation of % by LinuxCNC itself: joint.N.backlash-corr."};
+    hal::Axes<hal::In<bool>> learns{this, axes_, "%-learns", false,
+                                    "Strokes of % learn its dead points: learns of chopping."};
     hal::Axes<hal::Out<double>> direction{
         this, axes_, "%-direction", "1",
         "Direction in which % moved last: 1 to the + end, -1 to the - end, 0 unknown."};
@@ -122,19 +124,26 @@ public:
 
     const SquarenessModel::Directions& now() const noexcept { return now_; }
 
-    // Whether LinuxCNC compensates an axis whose scale has a table; it counts from then on.
+    // Whether LinuxCNC compensates an axis whose scale has a table; it counts from then on. Or chopping
+    // begins or ends to correct the dead points of an axis whose scale differs by direction.
     bool watch_compensation(const ErrorTables::Set& tables) noexcept {
         bool changed = false;
+        any_learned_ = false;
         for (std::size_t k = 0; k < axes_.size(); ++k) {
+            const bool by_chopping = learns[k] && tables[k] && tables[k]->scale_directed();
+            changed |= learned_[k] != by_chopping;
+            learned_[k] = by_chopping;
+            any_learned_ |= by_chopping;
             const double by_linuxcnc = compensated[k];
             if (by_linuxcnc == 0 || !tables[k] || !tables[k]->scale_measured() || twice_[k]) continue;
-            twice_[k] = changed = true;
+            twice_[k] = any_twice_ = changed = true;
         }
-        any_twice_ |= changed;
         return changed;
     }
     const std::array<bool, 4>& twice() const noexcept { return twice_; }
+    const std::array<bool, 4>& learned() const noexcept { return learned_; }
     bool any_twice() const noexcept { return any_twice_; }
+    bool any_learned() const noexcept { return any_learned_; }
 
     // Each period, last: the position that the mean tables want.
     void watch(const AxisPosition& wanted, bool jumped, double distance,
@@ -181,6 +190,8 @@ private:
     std::array<DirectionOfMotion, 4> watches_;
     std::array<TrapezoidalMove, 4> turns_;
     std::array<bool, 4> twice_{}, pushed_{};  // compensated twice; perhaps pushed while off
+    std::array<bool, 4> learned_{};           // the dead points, by chopping
+    bool any_learned_ = false;
     bool any_twice_ = false, was_on_ = true, doubtful_ = false, cut_in_doubt_ = false;
     double cut_for_ = 0;       // s, in doubt
     double acceleration_ = 0;  // mu/s2, the last one

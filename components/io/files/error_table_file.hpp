@@ -430,11 +430,14 @@ private:
             refuse_at(header_line_,
                       std::string(1, axis_) + " has " + counted(rows_.size(), "row") + ", and needs 2");
         std::vector<ErrorTable::Row> mean(rows_.size()), half(rows_.size());
-        bool directed = false, scale = false;
+        bool directed = false, scale = false, scale_directed = false;
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             const Column& column = columns_[i];
             directed |= column.direction != 0;
-            scale |= !column.is_position && column.error == axes.find(axis_) % 3 + (is_rotary(axis_) ? 3 : 0);
+            const bool of_scale =
+                !column.is_position && column.error == axes.find(axis_) % 3 + (is_rotary(axis_) ? 3 : 0);
+            scale |= of_scale;
+            scale_directed |= of_scale && column.direction != 0;
             for (std::size_t k = 0; k < rows_.size(); ++k) {
                 const double value = rows_[k][i];
                 if (column.is_position) {
@@ -448,7 +451,7 @@ private:
         const std::optional<double> turn_from = is_rotary(axis_) ? round(mean) : std::nullopt;
         tables_.emplace(axis_, DirectedErrorTable(ErrorTable(mean),
                                                   directed ? std::optional(ErrorTable(half)) : std::nullopt,
-                                                  scale, turn_from));
+                                                  scale, scale_directed, turn_from));
         facts_.rows += rows_.size();
         facts_.axes += (facts_.axes.empty() ? "" : ", ") + std::string(1, axis_);
     }

@@ -139,13 +139,15 @@ public:
     };
 
     // `half` has the positions of `mean`. `scale_measured`: the table has the scale of the
-    // axis, its error along its own travel. `turn_from`, of a rotary axis: the table holds for
-    // all turns, from this position on for one turn, and has a row more at either end.
+    // axis, its error along its own travel; `scale_directed`: by direction. `turn_from`, of a rotary axis:
+    // the table holds for all turns, from this position on for one turn, and has a row more at either end.
     explicit DirectedErrorTable(ErrorTable mean, std::optional<ErrorTable> half = std::nullopt,
-                                bool scale_measured = false, std::optional<double> turn_from = std::nullopt)
+                                bool scale_measured = false, bool scale_directed = false,
+                                std::optional<double> turn_from = std::nullopt)
         : mean_(std::move(mean)),
           half_(std::move(half)),
           scale_measured_(scale_measured),
+          scale_directed_(scale_directed),
           turn_from_(turn_from) {}
 
     static constexpr double turn = 360;  // deg
@@ -158,6 +160,7 @@ public:
     }
     bool directed() const noexcept { return half_.has_value(); }
     bool scale_measured() const noexcept { return scale_measured_; }
+    bool scale_directed() const noexcept { return scale_directed_; }
 
     // The mean of both directions.
     ErrorTable::Reading at(double position) const noexcept {
@@ -181,7 +184,7 @@ public:
 private:
     ErrorTable mean_;
     std::optional<ErrorTable> half_;
-    bool scale_measured_;
+    bool scale_measured_, scale_directed_;
     std::optional<double> turn_from_;  // deg
 };
 

@@ -224,7 +224,7 @@ TEST(SquarenessReversal, ADoubtfulDirectionIsToldAndACutInItIsAMessage) {
     square.run(0.01);
     square.set("motion-enabled", 1);
     square.run(0.01);
-    EXPECT_EQ(square.get("status-code"), doubtful);  // it may have been pushed
+    EXPECT_EQ(square.get("status-code"), doubtful);            // it may have been pushed
     square.set({{"motion-type", feed}, {"x-position", 0.2}});  // a cut that moves X
     square.run(0.5);
     EXPECT_EQ(square.get("status-code"), corrects);
@@ -244,17 +244,19 @@ TEST(SquarenessReversal, AtRestNothingCreepsOrFlips) {
         square.go({100, 200, 0, 0});
         square.go({101, 199, 0, 0});
         const std::map<std::string, double> settings = {
-            {"dither.offset", 101},         {"other.offset", 199},         {"dither.frequency", 7.3},
-            {"other.frequency", 1.1},       {"dither.amplitude", amplitude}, {"other.amplitude", amplitude}};
+            {"dither.offset", 101},   {"other.offset", 199},           {"dither.frequency", 7.3},
+            {"other.frequency", 1.1}, {"dither.amplitude", amplitude}, {"other.amplitude", amplitude}};
         for (const auto& [pin, value] : settings) square.bench.set(pin, value);
-        for (const char* line : {"net x dither.sine => square.x-position", "net y other.square => square.y-position",
-                                 "addf dither.update servo-thread", "addf other.update servo-thread"})
+        for (const char* line :
+             {"net x dither.sine => square.x-position", "net y other.square => square.y-position",
+              "addf dither.update servo-thread", "addf other.update servo-thread"})
             square.bench.command(line);
         square.run(0.5);
         const double most = amplitude == 0 ? 0 : 2e-8;  // mm, by the slope of the tables
         for (const char* axis : {"x", "y"}) {
             const std::string pin = std::string("square.") + axis + "-correction";
-            square.bench.expect("abs(c - " + precise(square.bench.get(pin)) + ") <= " + precise(most), {{"c", pin}});
+            square.bench.expect("abs(c - " + precise(square.bench.get(pin)) + ") <= " + precise(most),
+                                {{"c", pin}});
         }
         square.bench.expect("d == 1 && e == -1", {{"d", "square.x-direction"}, {"e", "square.y-direction"}});
         square.run(seconds / 2);
@@ -319,6 +321,33 @@ TEST(SquarenessReversal, WhatLinuxCNCCompensatesIsNotCorrectedTwice) {
     square.run(0.5);
     EXPECT_EQ(square.get("fault-code"), 13);
     EXPECT_NEAR(square.get("x-correction"), -10 * um, nm);
+}
+
+TEST(SquarenessReversal, DeadPointsThatChoppingLearnsAreNotCorrectedTwice) {
+    WithTable machine(
+        "X,EXX+,EXX-\n-600,0.015,0.025\n600,0.015,0.025\n"
+        "Y,EYY\n-600,0.001\n600,0.001\n");
+    Square& square = machine.square;
+    square.set("max-rate", 0.1);
+    square.go({0, 0, 0, 0});
+    square.go({1, 0, 0, 0});
+    square.run(1);
+    EXPECT_NEAR(square.get("x-correction"), -15 * um, nm);
+    square.set("y-learns", 1);  // EYY is the same in both directions
+    square.run(0.1);
+    EXPECT_EQ(square.get("fault-code"), 0);
+    square.never_faster_than(0.1);
+    square.set("x-learns", 1);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 14);
+    EXPECT_NEAR(square.get("x-correction"), -20 * um, nm);  // the mean
+    square.set("x-position", 0.9);
+    square.run(0.5);
+    EXPECT_NEAR(square.get("x-correction"), -20 * um, nm);
+    square.set("x-learns", 0);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_NEAR(square.get("x-correction"), -25 * um, nm);
 }
 
 TEST(SquarenessReversal, InvalidSettingsLeaveTheLastGoodOnes) {
