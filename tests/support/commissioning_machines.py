@@ -27,6 +27,9 @@ CHOPPING = (
     "net chop-permit interlock.function-permit-2", "net chop-state => interlock.function-state-2", "net z-limited z-stage.limited", "setp z-stage.release-at-off-1 1", "setp z-stage.max-offset 5", "setp z-stage.max-rate 2",
     "setp chop.max-feed 2", "setp chop.max-acceleration 20", "setp chop.jerk-time 0.02", "setp chop.max-following-error 1",
     "setp chop.min-limit [JOINT_2]MIN_LIMIT", "setp chop.max-limit [JOINT_2]MAX_LIMIT", "setp chop.taper 3",
+    "unlinkp square.z-position", "unlinkp square.z-velocity", "unlinkp growth.z-position", "unlinkp growth.z-velocity-cmd", "unlinkp growth.z-motor-offset",
+    "net z-stroked-position => square.z-position", "net z-stroked-joint-fb => growth.z-position",
+    "net z-stroked-velocity => square.z-velocity growth.z-velocity-cmd", "net z-stroked-learns => square.z-learns",
 )
 STROKES = ["SUBROUTINE_PATH = .:functions/thermal_displacement:functions/chopping", "REMAP = G81.1 modalgroup=1 argspec=ZQrpijkdefxyabcuvwhl ngc=g811",
            "REMAP = G80.1 modalgroup=1 argspec=kp ngc=g801", "PARAMETER_FILE = /dev/shm/linuxcnc.var"]
@@ -91,7 +94,7 @@ def prepared(folder, function):
         its_folder = os.path.join(machine, "functions", "chopping")
         shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", "chopping"), its_folder)
         with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:
-            file.write(order.read().replace("  square.update\n", "  square.update\n  chop.update\n"))
+            file.write(order.read().replace("} {\n", "} {\n  chop.update\n"))
         files = ["functions/chopping/chopping.hal", "commissioning.hal", "shop_order.tcl"]
     added = with_more(machine, its) if its.more else {}
     if "axis_growth" in (function, *its.more):

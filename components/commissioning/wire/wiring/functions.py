@@ -24,6 +24,7 @@ class Function:
         self._joint_offset = given.get("joint_offset", {})
         self.axis_offset = given.get("axis_offset", {})
         self.stroke = given.get("stroke", {})
+        self.stroked_by = {}  # the function that strokes an axis which this one reads, by letter
         self.without = given.get("without", {})
         self.interlock = given["interlock"]
         self.records = given.get("records", [])
@@ -114,19 +115,36 @@ class Function:
             found.update({instance: (command.words[0], options) for instance in options["names"].split(",")})
         return found
 
+    def _stroked(self, letter):
+        """What this function reads in the place of the signals of a joint: z-stroked-position for z-position. The function that strokes
+        the axis writes them."""
+        other, prefix = self.stroked_by[letter], letter.lower() + "-"
+        commands = hal_text.parse(other.text(other.name + ".hal"))
+        signals = [command.words[0] for command in commands if command.name == "net"]
+        return {signal.replace("stroked-", "", 1): signal for signal in signals if signal.startswith(prefix + "stroked-")}
+
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         moved = self.numbers.moved if self.numbers else {}
         commands = hal_text.parse(self.text(self.name + ".hal"))
         loaded = self._loaded(commands)
+        stroked = {signal: other for letter in self.stroked_by for signal, other in self._stroked(letter).items()}
+        netted = {word for command in commands for word in command.words[1:] if command.name == "net"}
+        commands += [
+            hal_text.Command("net", [other, "=>", "%s.%s" % (instance, signal)], [])
+            for instance, (module, options) in loaded.items()
+            for signal, other in stroked.items()
+            if "%s.%s" % (instance, signal) not in netted and plumb.has_pin(plumb.declarations(module), signal, options)
+        ]
+        unmoved = {letter.lower() + "-motor-offset" for letter in self.stroked_by}  # the stroking feedback lacks it
         absent = tuple(letter.lower() + "-" for letter in [*self.axes, *self.reads] if letter not in axes)
         return [
-            command._replace(words=[moved.get(word, word) for word in command.words])
+            command._replace(words=[stroked.get(moved.get(word, word), moved.get(word, word)) for word in command.words])
             for each in commands
             for command in (self._repeated(each, loaded) if each.name == "net" else [each])
             if not (
                 command.name == "net"
-                and (command.words[0] in self.left_out or command.words[0].startswith(absent))
+                and (command.words[0] in self.left_out or command.words[0].startswith(absent) or command.words[0] in unmoved)
                 and not command.words[0].endswith("-tool-offset")  # LinuxCNC has this pin for all axes
             )
         ]

@@ -89,7 +89,8 @@ class HalFiles:
             if command.name == "net":
                 line = self._net(command.words)
             else:
-                line = " ".join([command.name, *filter(None, map(self._value, command.words))])
+                fastest = self.machine.fastest(function.stroked_by)
+                line = " ".join([command.name, *filter(None, (self._value(word, fastest) for word in command.words))])
             comment = [text for text in command.comment if "SPDX" not in text]
             if lines[-1].startswith("# Written"):
                 comment = [""]  # the sentence on top is about the file of the function
@@ -106,15 +107,15 @@ class HalFiles:
             lines += ["", "# This machine has no %s." % letter, *("setp %s 1" % pin for pin in function.without[letter])]
         return "\n".join(lines) + "\n"
 
-    def _value(self, word):
+    def _value(self, word, fastest=0):
         """A word of a function's HAL for this machine. [TRAJ]MAX_LINEAR_VELOCITY becomes a number where it is not given or
-        a joint is faster, and the unit is left out where it is not given."""
+        an axis is faster, and the unit is left out where it is not given."""
         ini = self.machine.ini
         if word == UNIT:
             return word if ini.get("TRAJ", "LINEAR_UNITS") else ""
         if word != "[TRAJ]MAX_LINEAR_VELOCITY":
             return word
-        given, fastest = ini.get("TRAJ", "MAX_LINEAR_VELOCITY"), self.machine.fastest()
+        given = ini.get("TRAJ", "MAX_LINEAR_VELOCITY")
         return word if given and float(given) >= fastest else "%g" % fastest
 
     def settings(self, function):
@@ -159,8 +160,8 @@ class HalFiles:
 
     @property
     def behind(self):
-        """The functions behind motion-controller, in the order of the data."""
-        names = [name for function in self.functions for name in function.updates]
+        """The functions behind motion-controller, in the order of the data: others read the place of a stroking axis."""
+        names = [name for function in sorted(self.functions, key=lambda its: not its.stroke) for name in function.updates]
         names += [name for part in self.all_parts for name in part.after]
         return names + [name for part in self.all_parts for name in part.last]
 

@@ -86,9 +86,13 @@ class Machine:
         low, high = self.number(joint, "MIN_LIMIT", -1e6), self.number(joint, "MAX_LIMIT", 1e6)
         return min(high - low, 1000 * self.unit) if high > low else 1000 * self.unit
 
-    def fastest(self):
-        """The speed of the fastest joint."""
-        return max(self.number(joint, "MAX_VELOCITY") for numbers in self.joints.values() for joint in numbers)
+    def fastest(self, stroked):
+        """The speed of the fastest axis. A stroke adds as much to the speed of its joint."""
+        return max(
+            self.number(joint, "MAX_VELOCITY") * (2 if letter in stroked else 1)
+            for letter, numbers in self.joints.items()
+            for joint in numbers
+        )
 
 
 def prefixes(letter, joints):

@@ -27,6 +27,7 @@ class Wiring:
         self.numbers = numbers or Numbers(functions, machine, {})
         for function in functions:
             function.numbers = self.numbers
+            function.stroked_by = {letter: other for other in functions if other is not function for letter in other.stroke}
             function.meet(machine.complete)
         parts = Parts(functions, machine, folder, commissioning)
         for part in parts.all:
