@@ -148,6 +148,7 @@ enum class Common : std::int32_t {
     late = 16,
     lost = late + services,
     ending = lost + services,
+    at_point_r = 99,  // the last number
 };
 
 constexpr Common of_service(Common kind, std::int32_t number) {
@@ -216,6 +217,11 @@ constexpr Said said(Common status) {
         case Common::unpermitted:
             return {Kind::bad, "Held: the function and interlock do not hear each other.",
                     "Net function-permit of interlock to permit, and state to function-state of interlock."};
+        case Common::at_point_r:
+            return Said{Kind::warn,
+                        "An axis strokes, and a position of this function has it stand at point R.",
+                        "Run plumb wire again. A message of interlock names the pin and the missing net."}
+                .told(Tell::text);
         default: return said_of_service(status);
     }
 }
@@ -239,7 +245,8 @@ constexpr Said said_of_stage(Common status) {
 
 // Whether the number is a status that interlock gives.
 constexpr bool is_common(std::int32_t number) {
-    return number > 0 && number < first_own && said(static_cast<Common>(number)).sentence;
+    const bool own = number >= first_own && number != static_cast<std::int32_t>(Common::at_point_r);
+    return number > 0 && !own && said(static_cast<Common>(number)).sentence;
 }
 
 template <class E>

@@ -43,10 +43,12 @@ std::set<E> expect_in_order(const Seen& calm, const std::vector<Case<Seen, E>>& 
 // Each status that the function declares is one of these.
 template <class E>
 void expect_all(const std::set<E>& found) {
-    for (std::int32_t number = hal::first_own; number < 100; ++number)
-        if (const char* const text = said(static_cast<E>(number)).sentence) {
+    for (std::int32_t number = hal::first_own; number < 100; ++number) {
+        const char* const text = hal::is_common(number) ? nullptr : said(static_cast<E>(number)).sentence;
+        if (text) {
             EXPECT_EQ(found.count(static_cast<E>(number)), 1u) << "no case of " << text;
         }
+    }
 }
 
 // The status of interlock in the words of a function.

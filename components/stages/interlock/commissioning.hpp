@@ -4,6 +4,7 @@
 #include "components/stages/interlock/functions.hpp"
 #include "hal/component.hpp"
 #include "hal/linuxcnc_unit.hpp"
+#include "hal/message.hpp"
 #include "hal/thread_watch.hpp"
 #include "hal/wiring_list.hpp"
 
@@ -18,6 +19,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -76,8 +78,62 @@ public:
         return -1;
     }
 
+    // An input of a function that has an axis at point R, and the function that strokes this axis.
+    struct Unseen {
+        std::size_t reader, stroker;  // their numbers
+        std::string sentence;
+    };
+
+    // A stage lets the strokes of its axis out of the position of the joint: its source has release-at-off.
+    // Whoever reads a signal that this stage shares with its joint has the axis at point R.
+    std::vector<Unseen> unseen_strokes(std::size_t functions) const {
+        std::map<std::string, std::size_t> numbers;
+        for (std::size_t i = 0; i < functions; ++i)
+            numbers.emplace(reader_of("function-permit-" + std::to_string(i)), i);
+        numbers.erase("");
+        std::vector<Unseen> found;
+        for (const hal::WiredPin& release : list_.pins) {
+            const std::string stage = instance_of(release.name), setting = setting_of(release, stage);
+            if (setting.rfind(release_at_off, 0) != 0 || release.value == 0) continue;
+            const std::string source = stage + ".offset-" + setting.substr(release_at_off.size());
+            const hal::WiredPin* const stroke = writer_at(source);
+            const auto stroker = numbers.find(stroke ? instance_of(stroke->name) : "");
+            if (stroker == numbers.end()) continue;
+            for (const hal::WiredPin& pin : list_.pins) {
+                if (!pin.is_real || pin.signal.empty() || instance_of(pin.name) != stage) continue;
+                const auto& ends = signals_.at(pin.signal);
+                const auto joint = std::find_if(ends.begin(), ends.end(), is_of_joint);
+                for (const hal::WiredPin* end : ends) {
+                    const auto reader = numbers.find(instance_of(end->name));
+                    if (joint == ends.end() || end->writes || reader == numbers.end() || reader == stroker)
+                        continue;
+                    found.push_back({reader->second, stroker->second,
+                                     end->name + " has " + (*joint)->name + ", which lacks the stroke of " +
+                                         stroker->first + ": run plumb wire again, or net " + stroker->first +
+                                         ".command to a position, .command-velocity to a velocity, and "
+                                         ".measured-position to a measured position."});
+                }
+            }
+        }
+        return found;
+    }
+
 private:
     using Lines = std::set<std::string>;
+
+    static constexpr std::string_view release_at_off = "release-at-off-";
+
+    static bool is_of_joint(const hal::WiredPin* pin) { return pin->name.rfind("joint.", 0) == 0; }
+
+    // The output at the signal of a pin; null without one.
+    const hal::WiredPin* writer_at(const std::string& pin) const {
+        const auto own = std::find_if(list_.pins.begin(), list_.pins.end(),
+                                      [&](const hal::WiredPin& one) { return one.name == pin; });
+        if (own == list_.pins.end() || own->signal.empty()) return nullptr;
+        const auto& ends = signals_.at(own->signal);
+        const auto its = std::find_if(ends.begin(), ends.end(), [](auto* end) { return end->writes; });
+        return its == ends.end() ? nullptr : *its;
+    }
 
     static std::string instance_of(const std::string& pin) { return pin.substr(0, pin.rfind('.')); }
 
@@ -236,7 +292,12 @@ struct Commissioning : hal::Group {
         silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
         beat_ = beat;
         const bool heard = silence_ < longest_pause, on = required;
-        if (on) asked_.store(true, std::memory_order_relaxed);
+        since_ += dt;
+        on_.store(on, std::memory_order_relaxed);
+        if (on || since_ >= interval) {
+            since_ = 0;
+            asked_.store(true, std::memory_order_relaxed);
+        }
         const std::int32_t stage = trial_stage, function = trial_function;
         const bool chosen = stage >= 0 || function >= 0;
         const bool measures = chosen && trial_measures, stands = chosen && spindle_speed == 0;
@@ -282,26 +343,40 @@ struct Commissioning : hal::Group {
     }
 
     // In background().
-    void work() {
+    void work(Functions& its_functions) {
         if (!asked_.exchange(false, std::memory_order_relaxed)) return;
-        if (wait_-- > 0) return;
+        const bool on = on_.load(std::memory_order_relaxed);
+        if (on && wait_-- > 0) return;
         const auto wiring = hal::list_wiring();
         const auto threads = hal::list_threads();
         if (!wiring || !threads) return;
         wait_ = pause;
         const WiringIdentity identity(*wiring, *threads, interlock_, unit());
-        for (std::size_t i = 0; i < stages; ++i) {
+        look_for_strokes(identity, its_functions);
+        for (std::size_t i = 0; on && i < stages; ++i) {
             stage_identities_[i] = identity.of_stage(i);
             for (std::size_t k = 0; k < functions; ++k)
                 sources_[i * functions + k] = static_cast<std::uint32_t>(identity.source_of(i, k) + 1);
         }
-        for (std::size_t i = 0; i < functions; ++i)
+        for (std::size_t i = 0; on && i < functions; ++i)
             function_identities_[i] = identity.of_function(i, stages_of(*wiring, i));
     }
 
 private:
-    static constexpr double longest_pause = 0.5, longest_return = 5;  // s
+    static constexpr double longest_pause = 0.5, longest_return = 5, interval = 1;  // s
     static constexpr int pause = 20;  // calls of background() between two looks
+
+    void look_for_strokes(const WiringIdentity& wiring, Functions& its_functions) {
+        std::vector<Sum> unseen(functions);
+        std::set<std::string> sentences;
+        for (const WiringIdentity::Unseen& its : wiring.unseen_strokes(functions)) {
+            unseen[its.reader] |= Sum{1} << its.stroker;
+            sentences.insert(its.sentence);
+            if (reported_.count(its.sentence) == 0) hal::report_error(its.sentence.c_str());
+        }
+        reported_ = std::move(sentences);
+        for (std::size_t i = 0; i < functions; ++i) its_functions.see(i, unseen[i]);
+    }
 
     static bool possible(std::int32_t number, std::size_t rows) noexcept {
         return number >= 0 && static_cast<std::size_t>(number) < rows;
@@ -355,8 +430,10 @@ private:
     std::vector<std::atomic<std::int32_t>> function_identities_, stage_identities_;
     std::vector<std::atomic<std::uint32_t>> sources_;
     std::vector<std::uint32_t> words_;
-    std::atomic<bool> asked_{false};
+    std::atomic<bool> asked_{false}, on_{false};
     int wait_ = 0;
+    std::set<std::string> reported_;  // of the background
+    double since_ = interval;         // s, since it was asked
     bool beat_ = false, pressed_ = false, trial_cycle_ = false, begun_ = false, over_ = false;  // of a trial
     bool moves_ = false;                                         // the stage on trial
     double silence_ = longest_pause, resting_ = longest_return;  // s

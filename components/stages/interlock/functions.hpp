@@ -22,6 +22,7 @@
 #include "hal/service.hpp"
 #include "hal/stage_word.hpp"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -257,6 +258,7 @@ struct FunctionSums {
     Sum held = 0, held_stages = 0, on_trial = 0;  // by commissioning
     Sum silent = 0, silent_stages = 0;            // its state does not come, or that of a stage of it
     Sum stages_with_fault = 0, stages_that_lack = 0, stages_limited = 0;
+    Sum at_point_r = 0;  // another function strokes an axis, and its position lacks the stroke
     Sum busy = 0, settling = 0, ramping = 0;
     Sum left = 0, changed = 0;                          // in this period: by the operator; the enable
     Sum machine_on = ~0U, homed = ~0U, in_order = ~0U;  // all or none
@@ -283,6 +285,7 @@ constexpr hal::Common reason(const FunctionSums& sums, std::size_t i, Sum lost_s
     if (!its(sums.enabled)) return Common::probing;
     if (its(sums.stages_with_fault)) return Common::stage_fault;
     if (its(sums.stages_that_lack)) return Common::stage_lacks;
+    if (its(sums.at_point_r)) return Common::at_point_r;
     return its(sums.stages_limited) ? Common::stage_limited : Common::none;
 }
 
@@ -297,7 +300,8 @@ struct Functions : hal::Group {
           all_stages_(static_cast<std::int32_t>(all_of(stages))),
           first_services_(static_cast<std::int32_t>(first_four & all_of(services))),
           number_(number),
-          its_(number) {}
+          its_(number),
+          unseen_(number) {}
 
     const std::int32_t all_stages_, first_services_;  // as sums
     const std::size_t number_;
@@ -352,6 +356,7 @@ struct Functions : hal::Group {
             take(its_[i].services, static_cast<Sum>(std::int32_t{needs[i]}));
             take(its_[i].urgent, static_cast<Sum>(std::int32_t{urgent[i]}));
             take(its_[i].stages, static_cast<Sum>(named >= 0 ? named : all_stages_));
+            take(its_[i].unseen, unseen_[i].load(std::memory_order_relaxed));
         }
         take(switched_, switched);
         take(suspended_, suspended);
@@ -383,6 +388,7 @@ struct Functions : hal::Group {
             mark(next.stages_with_fault, (on_stages & stages.fault) != 0);
             mark(next.stages_that_lack, (on_stages & stages.uncompensated & ~stages.ramping) != 0);
             mark(next.stages_limited, (on_stages & stages.limited) != 0);
+            mark(next.at_point_r, (its_[i].unseen & state.said(busy)) != 0);
         }
         const auto all_if = [](bool when) { return when ? ~Sum{0} : 0; };
         next.busy = state.said(busy) | (state.said(in_programs) & all_if(machine.program));
@@ -412,6 +418,11 @@ struct Functions : hal::Group {
         next.changed = next.enabled ^ last.enabled;
         sums_ = next;
         return unknown == 0;
+    }
+
+    // In background(): the functions that stroke an axis which `function` has at point R.
+    void see(std::size_t function, Sum unseen) noexcept {
+        unseen_[function].store(unseen, std::memory_order_relaxed);
     }
 
     // After step(): why the others do not act, and the contents of the permits.
@@ -444,12 +455,14 @@ private:
 
     struct Its {
         Sum services = 0, urgent = 0, stages = 0;  // as the pins; stages: on which it acts
+        Sum unseen = 0;                            // functions, see()
         Sum needed = 0;                            // services that there are
         std::uint32_t word = 0;                    // the permit, of beat 0
     };
 
     FunctionSums sums_;
     std::vector<Its> its_;
+    std::vector<std::atomic<Sum>> unseen_;
     Sum switched_ = 0, suspended_ = 0, urgent_services_ = 0;
 };
 

@@ -210,7 +210,7 @@ struct Interlock final : hal::Component {
 
     void background() override {
         threads_.work();
-        commissioning.work();
+        commissioning.work(functions);
     }
 
     void update(double dt) noexcept {

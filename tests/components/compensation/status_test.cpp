@@ -131,6 +131,8 @@ TEST(FunctionStatus, NamesTheFirstThatKeepsAFunctionFromActing) {
         {"an axis lacks its offset",
          [](FunctionSeen& seen) { seen.its.stages_that_lack = seen.its.stages_limited = function; },
          Common::stage_lacks},
+        {"a stroke that its position lacks", [](FunctionSeen& seen) { seen.its.at_point_r = function; },
+         Common::at_point_r},
         {"a soft limit", [](FunctionSeen& seen) { seen.its.stages_limited = function; },
          Common::stage_limited},
         {"nobody", [](FunctionSeen&) {}, Common::none},
@@ -150,7 +152,7 @@ TEST(CommonStatus, HasASentenceForEachServiceAndNoneElsewhere) {
             EXPECT_NE(std::string(its.sentence).find("ervice " + std::to_string(number)), std::string::npos);
             EXPECT_STRNE(its.remedy, "");
         }
-    for (const std::int32_t number : {-2147483647 - 1, -1, 0, 40, 99, 2147483647})
+    for (const std::int32_t number : {-2147483647 - 1, -1, 0, 40, 98, 100, 2147483647})
         EXPECT_FALSE(hal::is_common(number)) << number;
 }
 
