@@ -3,6 +3,8 @@
 // wheel on a straight line if its position of Z has the stroke, and says so if not.
 // grinder_seen_linuxcnc_test.py has it in LinuxCNC itself.
 #include "tests/support/bench.hpp"
+#include "tests/support/error_table_text.hpp"
+#include "tests/support/folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -206,6 +208,68 @@ TEST(StrokeSeen, MachineOffAmidAStrokeIsNoJumpAndMovesNothing) {
     grinder.bench.run(0.5);
     EXPECT_EQ(grinder.bench.get("chop.offset"), 0);
     EXPECT_NEAR(grinder.bench.get("square.z-position"), grinder.bench.get("z-drive.out"), 10 * nm);
+}
+
+// A stroke from 0 to 40 that learns its dead points on a scale at the load, with 20 um of lost motion, and a
+// table of this lost motion. Returns how far the load passes the dead points, or, negative, stays inside.
+double beyond(bool netted) {
+    Folder folder;
+    Bench bench(Bench::Thread::none);
+    const std::string table = "Z,EZZ+,EZZ-\n-300,-0.01,0.01\n300,-0.01,0.01\n";
+    bench.command("loadrt squareness names=square interlock=no table=" +
+                  folder.write("z.csv", closed(table)).string());
+    for (const char* line : {"loadrt threads name1=servo-thread period1=1000000",
+                             "loadrt chopping names=chop interlock=no",
+                             "loadrt joint_offset names=z-stage interlock=no",
+                             "loadrt sim_grinder names=grinder",
+                             "setp grinder.backlash 0.02",
+                             "setp chop.upper 40",
+                             "setp chop.lower 0",
+                             "setp chop.feed 100",
+                             "setp chop.max-acceleration 1500",
+                             "setp chop.jerk-time 0.01",
+                             "setp chop.min-limit -50",
+                             "setp chop.max-limit 250",
+                             "setp chop.homed 1",
+                             "setp chop.motion-enabled 1",
+                             "setp chop.learn 1",
+                             "setp z-stage.homed 1",
+                             "setp z-stage.motion-enabled 1",
+                             "setp z-stage.min-limit -2000",
+                             "setp z-stage.max-limit 2000",
+                             "setp z-stage.max-offset 500",
+                             "setp z-stage.max-rate 500",
+                             "setp z-stage.joint-acceleration 500",
+                             "setp z-stage.offset-acceleration 20000",
+                             "setp square.all-homed 1",
+                             "setp square.enable 1",
+                             "setp square.max-speed 1000",
+                             "net z-chop chop.offset => z-stage.offset-0 chop.applied-offset",
+                             "net z-correction square.z-correction => z-stage.offset-1",
+                             "net z-fb z-stage.joint-feedback => chop.joint-feedback",
+                             "net z-stroked-position chop.command => square.z-position",
+                             "net z-motor-cmd z-stage.drive-command => grinder.position-cmd",
+                             "net z-motor-fb grinder.position => z-stage.drive-feedback",
+                             "addf z-stage.update-feedback servo-thread",
+                             "addf chop.update servo-thread",
+                             "addf square.update servo-thread",
+                             "addf z-stage.update servo-thread",
+                             "addf grinder.update servo-thread",
+                             "start"})
+        bench.command(line);
+    if (netted) bench.command("net z-stroked-learns chop.learns => square.z-learns");
+    bench.run(1);
+    bench.set("chop.run", 1);
+    bench.run(120);
+    EXPECT_EQ(bench.get("chop.learned"), 1);
+    EXPECT_EQ(bench.get("square.fault-code"), netted ? 14 : 0);
+    const std::vector<double> z = bench.trace(4, {"grinder.position"}).column("grinder.position");
+    return std::max(*std::max_element(z.begin(), z.end()) - 40, -*std::min_element(z.begin(), z.end()));
+}
+
+TEST(StrokeSeen, ATableByDirectionWouldMoveLearnedDeadPointsAndIsLeftOut) {
+    EXPECT_NEAR(beyond(false), -10 * um, 2.5 * um);  // the table turns before the axis, which lags
+    EXPECT_NEAR(beyond(true), 0, 2.5 * um);
 }
 
 }  // namespace
