@@ -32,6 +32,9 @@ class Wired(Scenario):
         self.machine.home()
         self.machine.wait(8)  # interlock looks at the wiring, and plumb-retain restores
 
+    def before_on(self):
+        """After the emergency stop, with the machine still off."""
+
     def square(self, direction):
         """What an indicator against the blade reads."""
         place = self.host.get("%s-stage.drive-command" % direction.lower())
