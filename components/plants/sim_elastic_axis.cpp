@@ -24,6 +24,8 @@ struct SimElasticAxis final : hal::Component {
     hal::In<double> force_part{this, "force-part", 1, "1", "Force of the drive now, part of force-limit."};
     hal::In<bool> jammed{this, "jammed", false, "The load stands."};
     hal::In<double> slip{this, "slip", 0, "mu", "Added to the reading of the scale."};
+    hal::In<double> integral_time{this, "integral-time", 0, "s",
+                                  "Integral time of the position loop; 0 without an integral."};
 
     Drawn servo_gain{this, "servo-gain", 30, 15, 60, "1/s", "Gain Kv of the position loop"};
     Drawn feed_forward{this, "feed-forward", 0.5, 0, 1.25, "1", "Part of the commanded velocity fed forward"};
@@ -86,14 +88,18 @@ private:
         damping_ = damping(number);
         delay_ = command_delay(number);
         step_ = resolution(number);
+        const double time = integral_time;
+        lag_time_ = usable(time, 1e6, lag_time_);
     }
 
     void step(double command, double command_velocity, double dt) noexcept {
-        const double wanted = gain_ * (command - motor_) + forward_ * command_velocity;
+        const double lag = command - motor_, late = lag_time_ > 0 ? lag + lags_ / lag_time_ : lag;
+        const double wanted = gain_ * late + forward_ * command_velocity;
         const double error = wanted - motor_velocity_, most = limit_ * part_;
         const double force = velocity_gain_ * error + velocity_gain_ * velocity_gain_ / 4 * integral_;
         const double driven = std::clamp(force, -most, most);
         if (force == driven || force * error < 0) integral_ += error * dt;
+        if (lag_time_ > 0 && (force == driven || force * lag < 0)) lags_ += lag * dt;
         const double spring = load_mass_ * (resonance_ * resonance_ * (motor_ - load_) +
                                             2 * damping_ * resonance_ * (motor_velocity_ - load_velocity_));
         motor_velocity_ += (driven - spring) / (1 - load_mass_) * dt;
@@ -116,8 +122,9 @@ private:
     LateCommand late_;
     bool started_ = false, jams_ = false;
     double gain_ = 0, forward_ = 0, velocity_gain_ = 0, limit_ = 1, friction_ = 0, travel_ = 1,
-           load_mass_ = 0.5, resonance_ = 1, damping_ = 0, delay_ = 0, step_ = 0, part_ = 1, slip_ = 0;
-    double command_ = 0, last_ = 0, integral_ = 0, held_ = 0;
+           load_mass_ = 0.5, resonance_ = 1, damping_ = 0, delay_ = 0, step_ = 0, part_ = 1, slip_ = 0,
+           lag_time_ = 0;
+    double command_ = 0, last_ = 0, integral_ = 0, lags_ = 0, held_ = 0;
     double motor_ = 0, motor_velocity_ = 0, load_ = 0, load_velocity_ = 0;
 };
 

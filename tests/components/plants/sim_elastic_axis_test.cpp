@@ -48,6 +48,21 @@ TEST_F(SimElasticAxis, HasTheAmplitudeOfItsLoops) {
     EXPECT_NEAR(get("truth-lower"), -get("truth-upper"), 0.03);
 }
 
+// A ramp, which the speed of a triangle is: e'' = -(e' Kv + e Kv / Ti), so e goes to 0, and to v / Kv
+// without.
+TEST_F(SimElasticAxis, AnIntegralLeavesNoLagAtAConstantSpeed) {
+    bench.command("unlinkp axis.position-cmd");
+    bench.command("net ramp path.sawtooth => axis.position-cmd");
+    bench.set("path.amplitude", 1000);
+    bench.set("path.frequency", 0.01);  // 20 mm/s
+    for (const double time : {0.0, 0.2}) {
+        set("integral-time", time);
+        bench.run(8);
+        const double lag = bench.get("path.sawtooth") - get("position");
+        EXPECT_NEAR(lag, time > 0 ? 0 : 20.0 / 30, 0.05) << time;
+    }
+}
+
 TEST_F(SimElasticAxis, AForceThatDropsLimitsItsAcceleration) {
     set("force-limit", 2000);
     swing(10, 2);  // 1579 mm/s2
