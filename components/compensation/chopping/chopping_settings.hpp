@@ -182,14 +182,20 @@ struct ChoppingSettings final : hal::Group {
                         hal::machine()};
     hal::In<double> gain{
         this, "gain", 0.7, "1", "Part of a measured error that is corrected each cycle.", hal::expert(gains)};
-    hal::In<double> inset{this,
-                          "inset",
-                          0.3,
-                          "mu",
-                          "Largest distance inside the dead points at which learning begins.",
-                          hal::machine(lengths)};
-    hal::In<double> max_correction{
-        this, "max-correction", 1, "mu", "Largest correction of a dead point.", hal::expert(lengths)};
+    hal::In<double> inset{
+        this,
+        "inset",
+        0.3,
+        "mu",
+        "Largest distance inside the dead points at which learning begins; in the first cycle "
+        "of a new machine ten times as much.",
+        hal::machine(lengths)};
+    hal::In<double> max_correction{this,
+                                   "max-correction",
+                                   1,
+                                   "mu",
+                                   "Largest correction of a dead point, outward.",
+                                   hal::expert(lengths)};
     hal::In<double> tolerance{
         this, "tolerance", 0.002, "mu", "Error of a learned dead point.", hal::machine(lengths)};
     hal::In<double> max_beyond{this,

@@ -118,11 +118,13 @@ public:
     double error(bool upper) const noexcept { return error_[upper]; }        // mu, positive outside
 
 private:
-    // Whether the axis passes the last dead point, for the first time since the command was there.
+    // Whether the axis passes the last dead point, that of a stroke or of the first way, for the first time
+    // since the command was there.
     bool passes(const Sample& now, const Present& present) noexcept {
         const Arrival& its = arrival_[upward_];
-        if (!metering_ || passed_ || now.upward == upward_ || !its.happened || !its.regular ||
-            !present.learns)
+        const bool first = !arrival_[!upward_].happened;
+        if (!metering_ || passed_ || now.upward == upward_ || !its.happened || !present.learns ||
+            !(its.regular || first))
             return false;
         const double error = upward_ ? now.measured - its.bound : its.bound - now.measured;
         return passed_ = error > learning_.most_beyond();

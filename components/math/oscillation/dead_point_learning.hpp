@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/blocks/bounded.hpp"
 #include "components/math/oscillation/climb.hpp"
 #include "components/math/oscillation/end_approach.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
@@ -77,7 +76,7 @@ public:
         if (!known || !strokes_.proven(stroke) || climb_.capped()) return;
         for (std::size_t i = 0; i < 2; ++i) {
             const double its = known->offset[i];
-            offset_[i] = bounded(its - first_doubt(its), settings.most);
+            offset_[i] = placed(its - first_doubt(its));
             excess_[i] = -its;
         }
         excess_speed_ = {stroke.speed, stroke.speed};
@@ -229,7 +228,8 @@ public:
             if (!waits(upper)) correct(upper, error, used, its, predicted);
             reference_[upper] = acceleration;
         } else if (beyond) {
-            offset_[upper] = bounded(std::min(offset_[upper], used - error), settings_.most);
+            offset_[upper] = placed(std::min(offset_[upper], used - error));
+            per_acceleration_ = std::max(per_acceleration_, excess_[upper] / acceleration);
         }
         const bool passes = was_learned_ && beyond;
         const bool decides = passed_ && (answered_ || passed_upper_ != upper);
@@ -300,10 +300,16 @@ private:
     // Mu, what a drive that saturates may overshoot.
     double room() const noexcept { return std::min(settings_.inset, 10 * settings_.most_beyond); }
 
+    // Mu, of an end: outward within max-correction, inward at most a quarter of the stroke.
+    double placed(double its) const noexcept { return std::clamp(its, -length() / 4, settings_.most); }
+
+    // Where the joint has proven nothing the ends of its first cycle lie farther inside: a position loop with
+    // an integral turns far beyond its command in a slow stroke, too.
     void begin() noexcept {
         climb_.begin(first_factor());
         const double a = settings_.demand * climb_.level();
-        offset_[0] = offset_[1] = bounded(-settings_.inset - 1.3 * a * overshoot(), settings_.most);
+        const double most = climb_.level() > slow * slow ? settings_.inset : 10 * settings_.inset;
+        offset_[0] = offset_[1] = placed(-std::min(most, 0.05 * length()) - 1.3 * a * overshoot());
         excess_ = excess_speed_ = last_excess_ = {};
         if (const Learned* known = strokes_.find(stroke_); known && !doubted_) expect(*known);
         slow_ = force_ = unknown;
@@ -348,7 +354,7 @@ private:
         double doubt = its.doubt;
         strange_[upper] = !settings_.even || !turns_[upper].covers(acceleration, length());
         if (strange_[upper]) doubt = std::max(doubt, uneven_doubt(upper, its.beyond));
-        offset_[upper] = bounded(-its.beyond - doubt, settings_.most);
+        offset_[upper] = placed(-its.beyond - doubt);
         excess_[upper] = its.beyond;
         reference_[upper] = settings_.reversal[upper];
         lengths_[upper] = length() + longer;
@@ -409,7 +415,7 @@ private:
             const double apart = std::abs(lengths.after - lengths.before);
             if (strange_[upper]) its -= 0.2 * std::abs(turn.beyond) / turn.length * apart;
         }
-        offset_[upper] = bounded(its, settings_.most);
+        offset_[upper] = placed(its);
         lengths_[upper] = others + offset_[upper];
         slopes_[upper] = trend.slope();
     }
@@ -493,7 +499,7 @@ private:
             slope = std::max(slope, excess_[i] / now);
             if (now - last_turning_ > 0.05 * now && last_turning_ > 0)
                 slope = std::max(slope, (excess_[i] - last_excess_[i]) / (now - last_turning_));
-            offset_[i] = bounded(-settings_.inset - std::max(excess_[i], 0.0), settings_.most);
+            offset_[i] = placed(-settings_.inset - std::max(excess_[i], 0.0));
         }
         last_turning_ = now;
         last_excess_ = excess_;
@@ -505,7 +511,7 @@ private:
         if (same) {
             growth = Climb::fastest;
             for (std::size_t i = 0; i < 2; ++i)
-                offset_[i] = bounded(std::min(offset_[i], remembered(i) - settings_.inset), settings_.most);
+                offset_[i] = placed(std::min(offset_[i], remembered(i) - settings_.inset));
         }
         climb_.rise(growth, length(), room());
         note_weakness();
@@ -526,7 +532,7 @@ private:
         if (!known) return;
         for (std::size_t i = 0; i < 2; ++i) {
             const double predicted = growth * excess_[i] * (excess_[i] < 0 ? 0.7 : 1.3);
-            offset_[i] = bounded(std::min(known->offset[i], -predicted), settings_.most);
+            offset_[i] = placed(std::min(known->offset[i], -predicted));
         }
         refer_to(*known);
     }
@@ -582,7 +588,7 @@ private:
         }
         climb_.finish();
         first_commanded_ = commanded_[upper];
-        for (std::size_t i = 0; i < 2; ++i) offset_[i] = bounded(remembered(i), settings_.most);
+        for (std::size_t i = 0; i < 2; ++i) offset_[i] = placed(remembered(i));
         offset_[upper] -= first_doubt(offset_[upper]);
         refer_to(known);
         return true;

@@ -1025,6 +1025,26 @@ TEST_F(Chopping, ADriveThatHardlyHasTheForceStopsAtRAndNotBehindIt) {
     }
 }
 
+// It turns Ti a / Kv beyond its command, 1.2 mm at the speed of the first strokes: more than the inset, and
+// more than max-correction.
+TEST_F(Chopping, APositionLoopWithAnIntegralPassesNoDeadPointInItsFirstStrokes) {
+    Bench own;
+    wire(own, "sim_elastic_axis");
+    for (const char* line :
+         {"setp chop.max-feed 2000", "setp chop.max-rate 2000", "setp chop.max-acceleration 20000",
+          "setp chop.max-output-accel 100000", "setp chop.jerk-time 0.02", "setp chop.learn 1",
+          "setp chop.min-limit -300", "setp chop.max-limit 500", "setp chop.lower 0", "setp chop.upper 60",
+          "setp axis.servo-gain 20", "setp axis.integral-time 0.3", "setp axis.feed-forward 0"})
+        own.command(line);
+    own.set("chop.feed", std::sqrt(2000 * 60 / 2));
+    own.run(0.1);
+    own.expect("z > -0.005 && z < 60.005", {{"z", "axis.truth-position"}});
+    own.set("chop.run", 1);
+    while (own.get("chop.stroke-count") < 12) own.run(0.1);
+    EXPECT_EQ(own.get("chop.fault-code"), 0);
+    EXPECT_GT(own.get("chop.speed-factor"), 0.21);
+}
+
 // A feed-forward that is too large takes an axis beyond any place where its command stops.
 TEST_F(Learned, AnAxisThatPassesRIsToldAndComesSlowerTheNextTime) {
     ASSERT_EQ(get("learned"), 1);

@@ -381,7 +381,7 @@ public:
     int losses() const { return losses_; }  // while it moved
 
 private:
-    static constexpr double inset = 0.31;  // mm, of an end that is not learned
+    static constexpr double inset = 0.61;  // mm, of an end that is not learned: 5 % of the stroke
     static constexpr double more = 1, ends[] = {0, -40, -8, -20, -14};
 
     void set(const std::string& pin, double value) { bench_.set("chop." + pin, value); }

@@ -256,5 +256,15 @@ TEST(DeadPointWatch, ADeadPointThatIsPassedIsToldOnceAndOnlyThatOfAStroke) {
     }
 }
 
+TEST(DeadPointWatch, ADeadPointThatTheFirstWayPassesIsTold) {
+    Strokes it;
+    it.axis = [](double command) { return command > 25 ? command + 3 : command; };
+    it.regular = false;
+    it.next();
+    it.regular = true;
+    it.next();
+    EXPECT_EQ(it.passes, 1);
+}
+
 }  // namespace
 }  // namespace plumb

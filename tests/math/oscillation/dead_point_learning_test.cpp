@@ -69,6 +69,15 @@ TEST(DeadPointLearning, LearnsWithoutEverGoingBeyond) {
         }
 }
 
+TEST(DeadPointLearning, AnAxisThatPassesADeadPointInItsFirstStrokePassesNoneAgain) {
+    const Axis axis{0, 2};  // the first ends lie 5 % of the stroke inside, 1.5 mm
+    DeadPointLearning learning;
+    learning.select(stroke, usual());
+    EXPECT_NEAR(axis.cycle(learning), 0.5, um);
+    for (int i = 0; i < 50; ++i) EXPECT_LE(axis.cycle(learning), 5 * um);
+    EXPECT_TRUE(learning.learned());
+}
+
 TEST(DeadPointLearning, RemembersTheStrokesThatItLearned) {
     const Axis axis{-0.2};
     DeadPointLearning learning;
@@ -435,7 +444,7 @@ TEST(DeadPointLearning, ALagBesideASectionIsRightInItsFourthCycle) {
             settings.most = 5;
             settings.reversal = {600, 600};
             learning.select(stroke, settings);
-            for (int i = 0; i < 30; ++i) EXPECT_LE(axis.cycle(learning), 5 * um);
+            for (int i = 0; i < 50; ++i) EXPECT_LE(axis.cycle(learning), 5 * um);
             EXPECT_TRUE(learning.learned());
             settings.even = false;
             learning.select({10, 40, 100, 1000, 1}, settings);
