@@ -130,6 +130,17 @@ class Shift(Recorded):
         self.assertGreater(self.of("chop.stroking", "next_program").max(), 0)
         self.assertEqual([self.facts["outlasting"], self.facts["of_mdi"]], [1, 1])
 
+    def test_a_program_ends_strokes_of_mdi_and_its_first_move_waits_for_r(self):
+        x, at_end = self.of("joint.0.pos-cmd", "begun_in_mdi"), self.of("chop.at-end", "begun_in_mdi") == 1
+        begins = np.flatnonzero(self.of("chop.stroking", "begun_in_mdi") == 1)[-1] + 1  # of the way to R
+        ends = begins + np.flatnonzero(at_end[begins:])[0]
+        self.assertGreater(ends - begins, 100)
+        self.assertLess(np.ptp(x[:ends]), 20 * 0.05 * linuxcnc_runs.speed + 1)  # mm: linuxcnc_alive reads by the computer's clock
+        self.assertGreater(np.ptp(x[ends:]), 15)
+
+    def test_a_program_that_begins_with_g81_1_takes_over_from_mdi(self):
+        self.assertEqual(self.facts["taken_over"], [1, 4])
+
     def test_a_shift_comes_with_the_next_move_of_its_program(self):
         z, active = self.of("chop.command", "shifts"), self.of("chop.active", "shifts") == 1
         first, second = self.runs(active)

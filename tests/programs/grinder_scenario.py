@@ -56,6 +56,8 @@ class Shift(Scenario):
             self.program_ends,
             self.next_program,
             self.outlasting,
+            self.begun_in_mdi,
+            self.taken_over,
             self.shifts,
             self.shifted_in_mdi,
             self.holds,
@@ -194,10 +196,11 @@ class Shift(Scenario):
         self.facts["next_program"] = [self.host.get("chop.at-end"), self.host.get("chop.fault-code")]
 
     def outlasting(self):
-        """M64 P18 lets strokes outlast their program; those of MDI do anyway. M2 stops the spindle."""
+        """M64 P18 lets strokes outlast their program, and those of MDI the begin of a program. M2 stops the spindle."""
         self.host.set("chop.without-wheel", 1)
         for own in (["M64 P18", STROKE], []):
             if not own:
+                self.machine.mdi("M64 P18")
                 self.start()
             self.program(*own, "G1 X0 F1200", "G1 X20")
             self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
@@ -208,6 +211,23 @@ class Shift(Scenario):
             self.machine.mdi("G80.1")
             self.machine.mdi("G0 X20")
         self.host.set("chop.without-wheel", 0)
+
+    def begun_in_mdi(self):
+        """Strokes end with the begin of a program, whose first move waits for R."""
+        self.start()
+        self.await_depth()
+        self.program("G1 X0 F1200", "G1 X20")
+        self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
+        self.machine.wait_until_idle()
+
+    def taken_over(self):
+        """A program whose first line is G81.1: its strokes begin when those of MDI have ended."""
+        self.start()
+        self.machine.wait(2)
+        self.program("G81.1 Z4 Q-30", "G1 X0 F1200", "G1 X20", "G80.1")
+        self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
+        self.facts["taken_over"] = [self.host.get("chop.stroking"), self.host.get("chop.upper")]
+        self.machine.wait_until_idle()
 
     def shifts(self):
         """Each comes with the next move of its program. The last shift of a row counts, and one without a move is void."""

@@ -9,14 +9,15 @@
 namespace plumb {
 
 // The orders of the program and the operator, out of bits that stay. The end of a program is the end of the
-// strokes that it began.
+// strokes that it began, and its begin that of strokes which it did not begin: its moves wait for the axis.
 class StrokeOrders {
 public:
     // The bits of a period.
     struct Given {
         bool run = false, stop = false, enable = true, go_to_end = false, shift = false;
         bool shift_at_crossing = false;
-        bool program_running = false, outlasts = false;  // outlasts: strokes go on when their program ends
+        // outlasts: strokes go on when a program ends or begins
+        bool program_running = false, outlasts = false;
         double crossing_position = 0, crossing_at = 0, farthest = 0;  // mu
     };
 
@@ -25,7 +26,7 @@ public:
         bool starts = false, returns = false, shifts = false;  // in this period
         bool run = false;                                      // the bit itself
         bool ordered = false;                                  // by the program or in MDI
-        bool ended = false;                                    // their program, which they do not outlast
+        bool ended = false;                                    // by a program, which they do not outlast
         bool runs = false;                                     // strokes go on
         bool permitted = true;                                 // by enable
     };
@@ -47,24 +48,26 @@ public:
     }
 
 private:
-    // Strokes that a program began end with it. A program that has begun is seen some time later.
+    // A program that has begun is seen some time later.
     void watch_program(const Given& given, bool starts, double dt) noexcept {
         if (starts) {
             of_program_ = ended_ = false;
             since_start_ = 0;
         }
         since_start_ = std::min(since_start_ + dt, 2 * patience);
+        const bool begins = program_.rises(given.program_running);
         if (given.program_running && since_start_ <= patience) of_program_ = true;
-        if (!of_program_ || given.program_running) return;
+        const bool ends = of_program_ && !given.program_running;
+        if (!ends && (of_program_ || !begins)) return;
         of_program_ = false;
-        ended_ = !given.outlasts;
+        ended_ |= !given.outlasts;
     }
 
     static constexpr double patience = 1;  // s
 
     double since_start_ = 2 * patience;  // s
     bool of_program_ = false, ended_ = false;
-    Edge run_, end_, shift_;
+    Edge run_, end_, program_, shift_;
     Crossing crossing_;
 };
 

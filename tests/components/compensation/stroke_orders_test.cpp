@@ -81,14 +81,23 @@ TEST(StrokeOrders, StrokesEndWithTheProgramThatBeganThem) {
         }
 }
 
-TEST(StrokeOrders, StrokesOfMdiOutlastEachProgram) {
-    StrokeOrders it;
-    StrokeOrders::Given given = usual();
-    given.run = true;
-    for (int i = 0; i < 1000; ++i) it.step(given, dt);
-    for (const bool running : {true, false, true, false}) {
-        given.program_running = running;
-        EXPECT_TRUE(it.step(given, dt).runs);
+TEST(StrokeOrders, StrokesOfMdiEndWhenAProgramBegins) {
+    for (const bool outlasts : {false, true}) {
+        StrokeOrders it;
+        StrokeOrders::Given given = usual();
+        given.run = true;
+        given.outlasts = outlasts;
+        for (int i = 0; i < 1100; ++i) EXPECT_TRUE(it.step(given, dt).runs);
+        for (const bool running : {true, false, true, false}) {
+            given.program_running = running;
+            const StrokeOrders::Now now = it.step(given, dt);
+            EXPECT_EQ(now.runs, outlasts);
+            EXPECT_EQ(now.ended, !outlasts);
+        }
+        given.run = false;
+        it.step(given, dt);
+        given.run = true;
+        EXPECT_TRUE(it.step(given, dt).runs) << "another start";
     }
 }
 
