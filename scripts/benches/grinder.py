@@ -10,7 +10,7 @@ import os
 
 import numpy as np
 
-from support import charts, drives, ends, proven, way_out
+from support import charts, drives, ends, integral, proven, way_out
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import percentile_lines
 from support.recordings import write_rows
@@ -374,12 +374,29 @@ def ways_out(seeds, options):
     return [*way_out.table(axes, found), "", written_line([path])]
 
 
+def first_strokes(seeds, options):
+    axes = integral.drawn_axes(seeds)
+    found = simulate_all(integral.simulate, axes, integral.DURATION * len(axes), place_of(options))
+    path = os.path.join(options.output, "integral.csv")
+    write_rows(path, *integral.rows(axes, found))
+    by_loop = {its: [outcome for (_, loop), outcome in zip(axes, found) if loop == its] for its in integral.LOOPS}
+    return [*integral.table(by_loop), "", written_line([path])]
+
+
 def times_and_drift(_, options):
     [late] = simulate_all(drift, [(options.hours,)], 3600 * options.hours, place_of(options))
     return [*time_lines(planned_times(None)), "", drift_line(options.hours, *late)]
 
 
-TABLES = {"errors": errors_of_commands, "force": axes_by_force, "proven": proven_axes, "ends": ways_to_the_end, "way-out": ways_out, "times": times_and_drift}
+TABLES = {
+    "errors": errors_of_commands,
+    "force": axes_by_force,
+    "integral": first_strokes,
+    "proven": proven_axes,
+    "ends": ways_to_the_end,
+    "way-out": ways_out,
+    "times": times_and_drift,
+}
 
 # --- the command ---
 

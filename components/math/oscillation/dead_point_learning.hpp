@@ -392,6 +392,7 @@ private:
         const bool had = std::exchange(remembers_[upper], false);
         const bool remembers = had && trend.explains(turn, settings_.most_beyond + 0.02 * settings_.inset);
         if (had && !remembers) trend.begin();  // it was a turn of another axis
+        const double surprise = trend.surprise(turn);
         trend.add(turn, settings_.stretching, least_longer());
         const double others = length() + offset_[!upper];
         const bool within = std::abs(error) <= settings_.tolerance;
@@ -411,6 +412,7 @@ private:
         }
         if (!was_learned_ && error < settings_.tolerance) {
             its -= trend.doubt(others + its, strange_[upper] ? 0.3 : 0.5);
+            if (strange_[upper] && settings_.even) its -= surprise;
             // It turns by the strokes before and after it in an unknown proportion.
             const double apart = std::abs(lengths.after - lengths.before);
             if (strange_[upper]) its -= 0.2 * std::abs(turn.beyond) / turn.length * apart;
@@ -500,6 +502,7 @@ private:
             if (now - last_turning_ > 0.05 * now && last_turning_ > 0)
                 slope = std::max(slope, (excess_[i] - last_excess_[i]) / (now - last_turning_));
             offset_[i] = placed(-settings_.inset - std::max(excess_[i], 0.0));
+            strange_[i] |= excess_[i] > settings_.inset;  // a loop with an integral: at full speed it lags
         }
         last_turning_ = now;
         last_excess_ = excess_;

@@ -52,6 +52,11 @@ public:
                std::min(std::abs(length - last_.length), std::abs(length - before_));
     }
 
+    // Mu, by which a turn differs from what the turns before predict; 0 for the first one.
+    double surprise(const Turn& turn) const noexcept {
+        return turns_ > 0 ? std::abs(turn.beyond - last_.beyond - slope_ * (turn.length - last_.length)) : 0;
+    }
+
     // Whether a turn is one of the same axis, give or take some mu: with a turn before.
     bool explains(const Turn& turn, double slack) const noexcept {
         const double longer = std::abs(turn.length - last_.length) / last_.length;

@@ -1045,6 +1045,26 @@ TEST_F(Chopping, APositionLoopWithAnIntegralPassesNoDeadPointInItsFirstStrokes) 
     EXPECT_GT(own.get("chop.speed-factor"), 0.21);
 }
 
+// Its turn falls from 0.5 mm beyond to 0.1 inside as the speed rises, and moves with both ends.
+TEST_F(Chopping, APositionLoopWithAnIntegralIsLearnedAtFullSpeedAndPassesNoDeadPoint) {
+    Bench own;
+    wire(own, "sim_elastic_axis");
+    for (const char* line :
+         {"setp chop.max-feed 2000", "setp chop.max-rate 2000", "setp chop.max-acceleration 20000",
+          "setp chop.max-output-accel 100000", "setp chop.jerk-time 0.02", "setp chop.learn 1",
+          "setp chop.min-limit -300", "setp chop.max-limit 500", "setp chop.lower 0",
+          "setp chop.upper 11.604", "setp chop.feed 93.68", "setp axis.seed 81012",
+          "setp axis.force-limit 2404", "setp axis.friction 216", "setp axis.servo-gain 43.37",
+          "setp axis.integral-time 0.1508", "setp axis.feed-forward 0"})
+        own.command(line);
+    own.run(0.1);
+    own.expect("z > -0.005 && z < 11.609", {{"z", "axis.truth-position"}});
+    own.set("chop.run", 1);
+    own.run(25);
+    EXPECT_EQ(own.get("chop.learned"), 1);
+    EXPECT_EQ(own.get("chop.fault-code"), 0);
+}
+
 // A feed-forward that is too large takes an axis beyond any place where its command stops.
 TEST_F(Learned, AnAxisThatPassesRIsToldAndComesSlowerTheNextTime) {
     ASSERT_EQ(get("learned"), 1);
