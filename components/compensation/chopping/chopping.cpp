@@ -57,7 +57,8 @@ struct Chopping final : hal::Component {
     hal::In<bool> program_running{this, "program-running", false,
                                   "A part program runs, not an MDI command. Strokes that it began end "
                                   "when it becomes false, others when it becomes true."};
-    hal::In<bool> outlast{this, "outlast", false, "Strokes go on when the program that began them ends, or one that did not begin.",
+    hal::In<bool> outlast{this, "outlast", false,
+                          "Strokes go on when their program ends, and when another one begins.",
                           hal::machine()};
     hal::In<double> position{this, "position", 0, "mu",
                              "Commanded position of the joint, point R: joint.N.pos-cmd."};
