@@ -21,7 +21,7 @@ inline constexpr double nm = 1e-6;   // mm
 inline void wire(Bench& bench, const std::string& plant = "sim_grinder",
                  const std::string& interlock = "no") {
     bench.command("loadrt " + plant + " names=axis");
-    bench.command("loadrt chopping names=chop sections=4 interlock=" + interlock);
+    bench.command("loadrt chopping names=chop sections=4 infeed=1 interlock=" + interlock);
     for (const char* line :
          {"setp chop.upper            -8", "setp chop.lower           -20",
           "setp chop.feed             60", "setp chop.max-acceleration 1000", "setp chop.min-limit      -100",

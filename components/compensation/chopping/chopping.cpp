@@ -3,6 +3,7 @@
 #include "components/compensation/chopping/chopping_settings.hpp"
 #include "components/compensation/chopping/chopping_status.hpp"
 #include "components/compensation/chopping/dead_point_pins.hpp"
+#include "components/compensation/chopping/infeed_pins.hpp"
 #include "components/compensation/chopping/learned_row.hpp"
 #include "components/compensation/chopping/stroke_pins.hpp"
 #include "components/compensation/chopping/stroking_axis.hpp"
@@ -126,6 +127,8 @@ struct Chopping final : hal::Component {
     hal::Records records{this};
     LearnedRow row{this};
     hal::Codes<Bound> limited{this, "limited", "A bound is active; limited-code gives it."};
+    hal::Count infeeds{this, "infeed", 0, 0, 1, "1 with an infeed by another axis, else 0."};
+    InfeedPins infeed{this, infeeds, limited.active()};
     hal::Codes<Fault> fault{this, "fault"};
     hal::Status<ChoppingStatus> status{this, permission};
 
@@ -148,9 +151,12 @@ struct Chopping final : hal::Component {
         permission.step();
         const StrokingAxis::Inputs inputs = judged();
         take_records();
-        axis_.step(inputs, settings.read(), dt);
+        Infeed::Settings its_infeed = infeed.read();
+        const StrokeValues values = settings.read();
+        its_infeed.taper = values.taper;
+        axis_.step(inputs, values, dt, its_infeed);
         show(inputs);
-        permission.report({axis_.motion().moves(), false, axis_.busy(), false});
+        permission.report({axis_.moves(), false, axis_.busy(), false});
     }
 
 private:
@@ -189,6 +195,7 @@ private:
         its.motor = motor_;
         its.word = program_word;
         its.word_value = program_value;
+        its.infeed = infeed.inputs();
         return its;
     }
 
@@ -213,7 +220,8 @@ private:
         stands_off_by = axis_.stands_off_by();
         program_refused = axis_.refused();
         program_sections = static_cast<std::int32_t>(axis_.words().sections());
-        stroke.show(axis_.motion(), axis_.supervision(), axis_.values());
+        stroke.show(axis_.motion(), axis_.supervision(), axis_.values(), axis_.moves());
+        infeed.show(axis_.infeed());
         dead_points.show(axis_.supervision(), axis_.values());
         const LearnedStrokes& strokes = axis_.learning().strokes();
         records.show(strokes.size(), [&](std::int32_t i) noexcept { row.show(strokes[i]); });

@@ -34,7 +34,8 @@ enum class Fault : std::int32_t {
     unhomed,
     place_lost,
     wheel_stands,
-    wheel_lost
+    wheel_lost,
+    infeed
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -122,11 +123,25 @@ constexpr const char* sentence(Fault fault) {
             return "The spindle stopped, or lost its speed for longer than at-speed-time: the axis leaves "
                    "the "
                    "work. Check the spindle, then start again.";
+        case Fault::infeed:
+            return "The infeed is impossible: above its largest amount or offset, beyond a soft limit of its "
+                   "axis, or at a dead point that infeed-clear does not declare; the stroke was refused.";
         default: return nullptr;
     }
 }
 
-enum class Bound : std::int32_t { none, speed, learning, soft_limit, stage, offset, plan, arrival };
+enum class Bound : std::int32_t {
+    none,
+    speed,
+    learning,
+    soft_limit,
+    stage,
+    offset,
+    plan,
+    arrival,
+    infeed_late,
+    infeed_cut
+};
 constexpr const char* sentence(Bound bound) {
     switch (bound) {
         case Bound::speed:
@@ -139,6 +154,11 @@ constexpr const char* sentence(Bound bound) {
             return "The axis was not within exact-stop of a dead point in exact-stop-time; its dwell began "
                    "all the same.";
         case Bound::plan: return "A stroke began late, because it was changed in its last moment.";
+        case Bound::infeed_late:
+            return "The stroke waits at a dead point until the axis of the infeed has its offset, and is "
+                   "within "
+                   "infeed-tolerance.";
+        case Bound::infeed_cut: return "The infeed ended at a soft limit of its axis, short of its total.";
         default: return nullptr;
     }
 }

@@ -24,7 +24,7 @@ struct StrokePins : hal::Group {
         "Phase by the measured position: 0 and 180 where the axis itself turns, or is expected to."};
     hal::Out<double> phase_lag{this, "phase-lag", "deg",
                                "Phase minus measured-phase, -180 to 180: how late the axis is."};
-    hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end."};
+    hal::Out<bool> active{this, "active", "The axis strokes, or is on its way to the end, or the infeed is."};
     hal::Out<bool> stroking{this, "stroking", "The axis strokes, and nothing has ended its strokes."};
     hal::Out<bool> withdrawing{this, "withdrawing",
                                "The axis is on its way to position, by enable or go-to-end."};
@@ -39,8 +39,8 @@ struct StrokePins : hal::Group {
     hal::Out<double> planned_cycle_time{this, "planned-cycle-time", "s", "Both strokes with their dwells."};
     hal::Out<double> actual_cycle_time{this, "actual-cycle-time", "s", "Time of the last cycle."};
 
-    void show(const StrokeMotion& motion, const StrokeSupervision& supervision,
-              const StrokeValues& values) noexcept {
+    void show(const StrokeMotion& motion, const StrokeSupervision& supervision, const StrokeValues& values,
+              bool moves) noexcept {
         const Oscillation& oscillation = motion.oscillation();
         const double its_phase = oscillation.phase(), seen_phase = supervision.phase().phase();
         velocity = motion.leading().velocity();
@@ -48,7 +48,7 @@ struct StrokePins : hal::Group {
         phase = its_phase * (180 / pi);
         measured_phase = seen_phase * (180 / pi);
         phase_lag = std::remainder(its_phase - seen_phase, 2 * pi) * (180 / pi);
-        active = motion.moves();
+        active = moves;
         stroking = motion.state() == StrokeMotion::State::stroking;
         withdrawing = motion.state() == StrokeMotion::State::returning;
         way_out_time = oscillation.longest_way_out();

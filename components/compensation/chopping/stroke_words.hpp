@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/chopping/infeed.hpp"
 #include "components/compensation/chopping/stroke_values.hpp"
 
 #include <algorithm>
@@ -31,6 +32,9 @@ public:
         forget,            // all words
         go_to_end,         // from where the axis rests
         abort,             // of the program
+        infeed_amount,     // mu, by its sign inward; 0 without
+        infeed_total,      // mu
+        infeed_at,         // an Infeed::Place
         shift = 100        // and above: takes over the dead points, by each new number
     };
 
@@ -58,10 +62,12 @@ public:
     }
 
     // Puts the words in the place of their settings.
+    void replace(Infeed::Settings& its) const noexcept {
+        put(words_.infeed_amount, its.amount);
+        put(words_.infeed_total, its.total);
+        if (words_.infeed_at.given) its.at = static_cast<std::int32_t>(words_.infeed_at.value);
+    }
     void replace(StrokeValues& its) const noexcept {
-        const auto put = [](const Word& word, double& place) {
-            if (word.given) place = word.value;
-        };
         put(words_.upper_dwell, its.stroke.upper_dwell);
         put(words_.lower_dwell, its.stroke.lower_dwell);
         put(words_.exact_stop, its.exact_stop);
@@ -90,6 +96,7 @@ private:
 
     struct Words {
         Word upper_dwell, lower_dwell, exact_stop, spark_out, stop_place, overrides;
+        Word infeed_amount, infeed_total, infeed_at;
         SpeedSection next;  // that is being given
         SpeedSections::Table sections{};
         std::size_t count = 0;
@@ -101,7 +108,7 @@ private:
 
     bool give(double number, double value) noexcept {
         if (number >= shift && number <= last_shift) return shifts_ = number == std::floor(number);
-        if (!(number >= none && number <= abort && number == std::floor(number))) return false;
+        if (!(number >= none && number <= infeed_at && number == std::floor(number))) return false;
         switch (static_cast<Number>(static_cast<std::int32_t>(number))) {
             case none: return true;
             case upper_dwell: return take(words_.upper_dwell, value, 3600);
@@ -123,11 +130,20 @@ private:
             case forget: forgets_ = true; return true;
             case go_to_end: returns_ = true; return true;
             case abort: aborts_ = true; return true;
+            case infeed_amount:
+                if (!(std::abs(value) <= StrokeValues::farthest)) return false;
+                words_.infeed_amount = {value, true};
+                return true;
+            case infeed_total: return take(words_.infeed_total, value, StrokeValues::farthest);
+            case infeed_at: return take_whole(words_.infeed_at, value, Infeed::both);
             case shift: break;
         }
         return false;
     }
 
+    static void put(const Word& word, double& place) noexcept {
+        if (word.given) place = word.value;
+    }
     static bool take(Word& word, double value, double most) noexcept {
         const bool possible = value >= 0 && value <= most;
         if (possible) word = {value, true};

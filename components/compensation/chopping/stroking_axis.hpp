@@ -3,6 +3,7 @@
 
 #include "components/compensation/chopping/axis_place.hpp"
 #include "components/compensation/chopping/chopping_codes.hpp"
+#include "components/compensation/chopping/infeed.hpp"
 #include "components/compensation/chopping/standing_off.hpp"
 #include "components/compensation/chopping/stroke_bounds.hpp"
 #include "components/compensation/chopping/stroke_faults.hpp"
@@ -29,6 +30,12 @@ public:
     static constexpr double farthest = StrokeValues::farthest;
     static constexpr double guard_factor = 10;  // of the largest acceleration, for the offset
 
+    // Of a period: of the axis that feeds in.
+    struct InfeedInputs {
+        bool ends = false;
+        double position = 0, measured = 0, applied = 0;
+    };
+
     // Of a period.
     struct Inputs {
         StrokeOrders::Given orders;
@@ -43,6 +50,7 @@ public:
         double joint = 0, applied = 0;    // measured, and the offset that this lacks
         double motor = 0;                 // by the encoder of the motor
         double word = 0, word_value = 0;  // of the program
+        InfeedInputs infeed;
     };
 
     // A millimetre in mu.
@@ -53,13 +61,19 @@ public:
     }
 
     // One period of dt s.
-    void step(const Inputs& inputs, StrokeValues settings, double dt) noexcept {
+    void step(const Inputs& inputs, StrokeValues settings, double dt, Infeed::Settings infeed = {}) noexcept {
         below_speed_ = inputs.at_speed ? 0 : std::min(below_speed_ + dt, 1e9);
         const Now now = judged(inputs, dt);
         words_.replace(settings);
+        words_.replace(infeed);
+        // The stroking axis stands where the other one feeds in.
+        if (infeed.wanted() && settings.exact_stop == 0) settings.exact_stop = settings.learning.most_beyond;
+        possible_infeed_ = infeed.possible(inputs.infeed.position);
         stand(now, dt);
         obey(now, settings, dt);
         take_settings(settings, dt);
+        hold_ = hold(inputs);
+        feed(now, infeed, dt);
         generate(now, dt);
         supervise(now, dt);
         report(now);
@@ -76,12 +90,15 @@ public:
     double offset() const noexcept { return offset_.value(); }
     double command() const noexcept { return position_ + offset_.value(); }
     double measured() const noexcept { return measured_; }  // the last good one
-    // From point R. Where nothing drives an extra joint it stands within max-beyond of its command.
+    // From point R, or with an infeed. Where nothing drives an extra joint it stands within max-beyond of its
+    // command.
     bool away() const noexcept {
         const double within = by_stage_ ? 0 : values().learning.most_beyond;
-        return std::abs(offset_.value()) > std::max(within, StrokeOffset::nothing);
+        return std::abs(offset_.value()) > std::max(within, StrokeOffset::nothing) || infeed_.value() != 0;
     }
+    const Infeed& infeed() const noexcept { return infeed_; }
     bool at_end() const noexcept { return !motion_.moves() && !away(); }
+    bool moves() const noexcept { return motion_.moves() || infeed_.moves(); }
     bool place_known() const noexcept { return place_.known(); }  // of an extra joint
     bool stands_off() const noexcept { return standing_off_.stands(); }
     double stands_off_by() const noexcept { return standing_off_.distance(); }
@@ -190,13 +207,15 @@ private:
         supervision_.select(in_force_);
         supervision_.begin(seen(now));
         motion_.start(wanted(), position_ + offset_.rest(), command_in_force(dt));
+        started_ = true;
     }
 
     // Of a stroke that is to begin at an end.
     Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) const noexcept {
         if (!ready(now) || !now.orders.permitted) return Fault::not_ready;
         if (slipped(given)) return Fault::slips;
-        const Fault reason = given.refusal(given.lower, given.upper, end, dt);
+        Fault reason = given.refusal(given.lower, given.upper, end, dt);
+        if (reason == Fault::none && !possible_infeed_) reason = Fault::infeed;
         const bool turns = given.without_wheel || (now.given.spindle_on && now.given.at_speed);
         return reason == Fault::none && !turns ? Fault::wheel_stands : reason;
     }
@@ -257,6 +276,35 @@ private:
         return {now.measurable, now.measured, command(), now.given.motor};
     }
 
+    // Nothing feeds in while the ends of the strokes are not known, or anything is wrong with them.
+    void feed(const Now& now, const Infeed::Settings& settings, double dt) noexcept {
+        using State = StrokeMotion::State;
+        const Oscillation& oscillation = motion_.oscillation();
+        const StrokeValues& values = in_force_.values();
+        const bool turns = values.without_wheel || (now.given.spindle_on && now.given.at_speed);
+        Infeed::Now its;
+        its.on = now.given.on;
+        its.starts = std::exchange(started_, false);
+        its.returns = now.orders.returns;
+        its.aborts = words_.aborts();
+        its.strokes = (motion_.state() == State::stroking || motion_.state() == State::stopping) &&
+                      !motion_.failed() && !leaves_ && now.orders.permitted && !oscillation.ends();
+        its.permitted = motion_.state() == State::stroking && now.orders.runs &&
+                        hold_ == Oscillation::Stop::none && turns && now.known && now.measurable &&
+                        !oscillation.sparking_out() && (!values.learn || supervision_.learning().learned()) &&
+                        !bounds_.hinders_infeed();
+        its.runs = oscillation.state() == Oscillation::State::stroke;
+        its.upward = oscillation.upward();
+        its.arrived = oscillation.arrival().happened && oscillation.arrival().infeed;
+        its.stands = oscillation.settled();
+        its.ends = now.given.infeed.ends;
+        its.position = now.given.infeed.position;
+        its.measured = now.given.infeed.measured;
+        its.applied = now.given.infeed.applied;
+        infeed_.step(its, settings, dt);
+        motion_.oscillation().wait_for_infeed(infeed_.waits());
+    }
+
     void generate(const Now& now, double dt) noexcept {
         const StrokeValues& values = in_force_.values();
         const bool moved = motion_.moves();
@@ -264,8 +312,8 @@ private:
             !(values.exact_stop > 0) ||
             (now.measurable &&
              std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
-        motion_.step({now.orders.runs, now.orders.permitted, leaves_, now.orders.returns, hold(now.given),
-                      values.stop(), now.given.trial_over},
+        motion_.step({now.orders.runs && !infeed_.done(), now.orders.permitted, leaves_, now.orders.returns,
+                      hold_, now.orders.runs ? values.stroke.ending : values.stop(), now.given.trial_over},
                      wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
                          return values.learn ? supervision_.learning().offset(upper, reversal, speed, way)
                                              : 0;
@@ -311,6 +359,8 @@ private:
         active.speed = oscillation.limited();
         active.arrival = oscillation.impatient();
         active.late = oscillation.late();
+        active.infeed_cut = infeed_.cut();
+        active.infeed_late = infeed_.late();
         bounds_.step(active, runs);
         fault_ = !place_.known()
                      ? Fault::place_lost
@@ -328,9 +378,12 @@ private:
     StrokeOffset offset_;
     StandingOff standing_off_;
     AxisPlace place_;
+    Infeed infeed_;
     bool by_stage_ = false;  // the joint has the offset by a stage
     double last_position_ = 0;
     double position_ = 0, measured_ = 0;
+    Oscillation::Stop hold_ = Oscillation::Stop::none;
+    bool started_ = false, possible_infeed_ = true;  // in this period
     bool busy_ = false, hold_ordered_ = false;
     bool leaves_ = false;      // the work, ordered in this period
     bool wheel_lost_ = false;  // since the start

@@ -68,6 +68,8 @@ public:
 
     // Whether the axis itself is where the command is, for an exact stop.
     void see_axis(bool there) noexcept { there_ = there; }
+    // No stroke begins until an infeed has ended.
+    void wait_for_infeed(bool waits) noexcept { infeeds_ = waits; }
 
     // To the end position from rest.
     void go_to_end(const Settings& settings, double position) noexcept {
@@ -120,6 +122,10 @@ public:
     double planned_acceleration() const noexcept { return std::max(leg().acceleration, last_acceleration_); }
     // On the way to the end position.
     bool closing() const noexcept { return state_ == State::stroke && leg().kind == Kind::closing; }
+    // On this way, and not for a hold.
+    bool ends() const noexcept { return closing() && !leg().pauses; }
+    // It waits at a dead point, and the exact stop is over.
+    bool settled() const noexcept { return state_ == State::waiting && !settles_; }
     // A section or the stroke does not reach its speed.
     bool limited() const noexcept { return limited_[0] || limited_[1]; }
     bool clipped() const noexcept { return leg().clipped; }                       // by the soft limits
@@ -405,8 +411,9 @@ private:
         }
         late_ = !settles_ && time_ >= wait_ && next_ == Kind::regular && !pauses_from(position_) &&
                 (due_ || planner_.busy());
-        if (due_ || planner_.busy()) wait_ = std::max(wait_, time_);
-        if (settles_ || due_ || planner_.busy() || time_ < wait_) return;
+        const bool infeeds = infeeds_ && !withdraws();
+        if (infeeds || due_ || planner_.busy()) wait_ = std::max(wait_, time_);
+        if (settles_ || infeeds || due_ || planner_.busy() || time_ < wait_) return;
         take_up(time_ - wait_);
         move_to(plan().at(time_));
     }
@@ -472,6 +479,7 @@ private:
     bool restart_upward_ = false, holding_ = false, held_ = false, late_ = false;
     bool braking_turns_ = false;  // back, and the leg after it is planned meanwhile
     bool there_ = true, settles_ = false, impatient_ = false;  // the axis, at an exact stop
+    bool infeeds_ = false;
 };
 
 }  // namespace plumb
