@@ -90,7 +90,7 @@ def prepared(folder, function):
         shutil.copy(os.path.join(linuxcnc_runs.PROGRAMS, program), machine)
     own, files = {}, ["commissioning.hal"]
     if its.strokes:
-        own["RS274NGC"], own["CHOPPING"] = STROKES, ["SECTIONS = 0"]
+        own["RS274NGC"], own["CHOPPING"] = STROKES, ["SECTIONS = 0", "INFEED = 0"]
         its_folder = os.path.join(machine, "functions", "chopping")
         shutil.copytree(os.path.join(linuxcnc_runs.ROOT, "configs", "functions", "chopping"), its_folder)
         with open(os.path.join(machine, "order.tcl")) as order, open(os.path.join(machine, "shop_order.tcl"), "w") as file:

@@ -74,7 +74,7 @@ private:
         hal::In<double> max_offset{
             this, "infeed-max-offset", 1, "mu", "Largest infeed from the start.", hal::must(lengths)};
         hal::In<double> max_rate{
-            this, "infeed-max-rate", 2, "mu/s", "Largest speed of the infeed.", hal::must(rates)};
+            this, "infeed-max-rate", 1, "mu/s", "Largest speed of the infeed.", hal::must(rates)};
         hal::In<double> max_acceleration{this,
                                          "infeed-max-accel",
                                          50,

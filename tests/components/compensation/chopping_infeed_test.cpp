@@ -157,6 +157,32 @@ TEST_F(ChoppingInfeed, TheEndOfSparkOutTakesItBackAtOnce) {
     EXPECT_EQ(its.x.back(), 0);
 }
 
+TEST_F(ChoppingInfeed, WordsOfAProgramGoBeforeTheSettings) {
+    set("infeed-clear", at_both);
+    set("infeed-amount", 0);
+    const auto give = [&](double number, double value) {
+        set("program-word", 0);
+        set("program-value", value);
+        bench.run(0.002);
+        set("program-word", number);
+        bench.run(0.002);
+    };
+    give(16, -0.02);
+    give(17, 0.06);
+    give(18, at_lower);
+    set("program-word", 0);
+    start();
+    const Run its = run(6);
+    for (std::size_t i = 1; i < its.x.size(); ++i) {
+        if (its.x[i] < its.x[i - 1]) {
+            ASSERT_NEAR(its.z[i], lower, 1 * nm);
+        }
+    }
+    EXPECT_NEAR(*std::min_element(its.x.begin(), its.x.end()), -0.06, 1e-9);
+    give(18, 4);
+    EXPECT_EQ(get("program-refused"), 1);
+}
+
 TEST_F(ChoppingInfeed, AGaugeEndsIt) {
     set("spark-out", 2);
     start();

@@ -38,6 +38,21 @@ TEST(StrokeBounds, ALatePlanCountsUntilTheAxisRests) {
     EXPECT_EQ(it.bound(), Bound::arrival);
 }
 
+TEST(StrokeBounds, ALatePlanAndTheInfeedItselfDoNotHinderTheInfeed) {
+    StrokeBounds it;
+    StrokeBounds::Active late, waits, arrival;
+    waits.infeed_late = waits.infeed_cut = true;
+    it.step(waits, true);
+    EXPECT_EQ(it.bound(), Bound::infeed_late);
+    EXPECT_FALSE(it.hinders_infeed());
+    arrival.arrival = true;
+    it.step(arrival, true);
+    EXPECT_TRUE(it.hinders_infeed());
+    late.late = true;
+    it.step(late, true);
+    EXPECT_FALSE(it.hinders_infeed());
+}
+
 TEST(StrokeBounds, AtRestOnlyTheOffsetCounts) {
     StrokeBounds it;
     it.step({false, true, true, true, true, true, true}, false);

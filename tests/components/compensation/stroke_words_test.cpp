@@ -85,6 +85,9 @@ TEST_F(Words, HaveTheNumbersThatProgramsGive) {
                            {"check", StrokeWords::check},
                            {"forget", StrokeWords::forget},
                            {"abort", StrokeWords::abort},
+                           {"infeed_amount", StrokeWords::infeed_amount},
+                           {"infeed_total", StrokeWords::infeed_total},
+                           {"infeed_at", StrokeWords::infeed_at},
                            {"go_to_end", StrokeWords::go_to_end},
                            {"new_region", StrokeWords::shift},
                        }));
@@ -162,10 +165,15 @@ TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
     }
     for (const double value : {-1.0, 1.5, 2e6, nan})
         EXPECT_FALSE(give(StrokeWords::spark_out, value)) << value;
+    for (const double value : {-1.0, 0.5, 4.0, nan})
+        EXPECT_FALSE(give(StrokeWords::infeed_at, value)) << value;
+    for (const double value : {nan, inf, 1e308})
+        EXPECT_FALSE(give(StrokeWords::infeed_amount, value)) << value;
+    EXPECT_FALSE(give(StrokeWords::infeed_total, -1));
     for (const double value : {-1.0, nan, inf}) EXPECT_FALSE(give(StrokeWords::exact_stop, value)) << value;
     for (const double value : {nan, inf, 1e308})
         EXPECT_FALSE(give(StrokeWords::section_from, value)) << value;
-    for (const double number : {-1.0, 0.5, 16.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
+    for (const double number : {-1.0, 0.5, 19.0, 1e308, inf}) EXPECT_FALSE(give(number, 1)) << number;
     EXPECT_FALSE(give(nan, 1));
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "from 0 to 0";
     EXPECT_EQ(with(it, settings), none);

@@ -32,6 +32,7 @@ class Function:
         self.abort = given.get("abort")
         self.own_pins = given.get("own", {}).get("pins", [])
         self.outputs = given.get("outputs", {})
+        self.named_axis = given.get("named_axis")
         self.if_netted = given.get("if_netted", {})
         self.left_out = set()  # signals of if_netted whose pins this machine does not net
         self.number = 0  # at interlock
@@ -76,6 +77,23 @@ class Function:
         """The signals that stages take into joints, by axis: those that it writes with its options."""
         written = {words[0] for words in self.nets([*self.axes, *self.reads])}
         return {letter: signal for letter, signal in self._joint_offset.items() if signal in written}
+
+    @property
+    def other_axis(self):
+        """The axis that the INI file names beside those of the function; None without one."""
+        its = self.named_axis and self.values.get(self.named_axis["section"], {})
+        return its[self.named_axis["name"]].upper() if its and its[self.named_axis["switch"]] != "0" else None
+
+    def _lines(self):
+        """Its HAL file, and the lines of another axis, which are those of X."""
+        commands = hal_text.parse(self.text(self.name + ".hal"))
+        if not self.other_axis:
+            return commands
+        letter = r"\g<1>%s-" % self.other_axis.lower()
+        more = hal_text.parse(self.text(self.named_axis["file"]))
+        at = next(i for i, command in enumerate(commands) if command.name == "addf")
+        more = [each._replace(words=[re.sub(r"^()x-", letter, word) for word in each.words]) for each in more]
+        return [*commands[:at], *more, *commands[at:]]
 
     def _has(self, pin, loaded):
         """Whether a pin is there that other options would not give; `loaded` has module and options by instance."""
@@ -126,7 +144,7 @@ class Function:
     def commands(self, axes):
         """The commands of its HAL file on a machine with these axes: without the nets of an axis that it lacks."""
         moved = self.numbers.moved if self.numbers else {}
-        commands = hal_text.parse(self.text(self.name + ".hal"))
+        commands = self._lines()
         loaded = self._loaded(commands)
         stroked = {signal: other for letter in self.stroked_by for signal, other in self._stroked(letter).items()}
         netted = {word for command in commands for word in command.words[1:] if command.name == "net"}

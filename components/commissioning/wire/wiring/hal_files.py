@@ -103,6 +103,10 @@ class HalFiles:
             lines.append("setp %s.max-offset %g" % (instance, self.machine.travel(joint)))
             lines.append("setp %s.max-rate %s" % (instance, self.machine.named(joint, "MAX_VELOCITY", 1)))
             lines.append("setp %s.taper 3" % instance)
+        if function.other_axis:
+            lines += ["", "# The limits of the joint of %s." % function.other_axis]
+            limits = zip(("min-limit", "max-limit"), self.machine.limits(self.machine.joints[function.other_axis][0]))
+            lines += ["setp %s%s %s" % (function.named_axis["limits"], *pair) for pair in limits]
         for letter in set(function.without) - set(self.machine.axes):
             lines += ["", "# This machine has no %s." % letter, *("setp %s 1" % pin for pin in function.without[letter])]
         return "\n".join(lines) + "\n"

@@ -66,6 +66,8 @@ class Parts:
                     stage = stages.joint_stage(prefix, joint, sources, self.machine)
                     if strokes:
                         stages.let_strokes_through(stage, prefix, joint, self.machine, strokes)
+                    if any(function.other_axis == letter for function in offsetters):
+                        stage.nets += stages.seen(prefix, joint)
                     found.append(stage)
             offsetting = [function for function in self.functions if letter in function.axis_offset]
             if len(offsetting) > 1:

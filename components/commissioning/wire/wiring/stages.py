@@ -62,6 +62,11 @@ def let_strokes_through(part, prefix, joint, machine, strokes):
     part.nets.append([prefix + "-released", stage + ".released"])
 
 
+def seen(prefix, joint):
+    """The nets of a function that watches whether the joint has its offset."""
+    return [[prefix + "-applied-offset", prefix + "-stage.applied-offset"], [prefix + "-measured", "joint.%d.pos-fb" % joint]]
+
+
 def axis_stage(letter, source, clear):
     """axis_offset, which brings an offset into an axis by LinuxCNC's external offsets."""
     stage, axis, own = letter + "-axis-stage", "axis." + letter, letter + "-axis"
