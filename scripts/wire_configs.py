@@ -27,12 +27,13 @@ CONFIGURATIONS = (
     ("lathe/lathe.ini", "", ("centre_height",), None),
     ("grinder/grinder.ini", "", ("chopping",), "grinder.toml"),
     ("grinder/inch.ini", "inch_", ("chopping",), "inch.toml"),
+    ("grinder/face.ini", "face_", ("chopping",), "face.toml"),
     ("growth/growth.ini", "", ("thermal_growth_test",), None),
     ("growth/identified.ini", "identified_", ("axis_growth", "thermal_growth_test"), None),
 )
 SPARE_ROWS = {"mill/mill.ini": 1}  # of interlock, for functions that other INI files add
 # The machine, without the plant behind it: a plant reads signals that the stages give.
-MACHINE = ("common/motion.hal", "common/joints.hal", "common/w_joint.hal", "common/drives.hal", "z_joint.hal", "common/spindle.hal", "common/iocontrol.hal")
+MACHINE = ("common/motion.hal", "common/joints.hal", "common/w_joint.hal", "common/drives.hal", "z_joint.hal", "face_joint.hal", "common/spindle.hal", "common/iocontrol.hal")
 
 
 def main():

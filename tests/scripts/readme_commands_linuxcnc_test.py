@@ -182,6 +182,7 @@ printf '[JOINT_0]\\nBACKLASH = 0\\n' > my.ini"""),
     "configs/grinder/README.md": {
         "plumb example ...": COPY,
         "plumb run --speed 10 -- linuxcnc grinder.ini": Run(),
+        "plumb run --speed 10 -- linuxcnc face.ini": Run(),
         "plumb bench bench.hal ...": Run(then="test -s grinder.csv"),
     },
     "configs/growth/README.md": {
