@@ -45,6 +45,23 @@ class Chopping(Sample):
         self.assertIn("setp chop.max-feed           %.6g\n" % (0.8 * 5), settings)  # of MAX_VELOCITY
         self.assertIn("setp chop.max-acceleration  %.6g\n" % (0.5 * 50), settings)
 
+    def test_the_axis_that_the_ini_file_names_feeds_in_by_a_stage_of_its_own(self):
+        text = read(self.ini(INCH))
+        write(self.ini(INCH), text + "\n[CHOPPING]\nSECTIONS = 0\nINFEED = 1\nINFEED_AXIS = Y\n")
+        status, output, _flat = self.wire(INCH, "chopping")
+        self.assertEqual(status, 0, output)
+        stages, function = (read(os.path.join(self.folder(INCH), name)) for name in ("stages.hal", "chopping.hal"))
+        for line in ("net y-infeed => y-stage.offset-0", "net y-applied-offset y-stage.applied-offset", "net y-measured joint.1.pos-fb"):
+            self.assertIn(line + "\n", stages)
+        for line in (
+            "net y-infeed chop.infeed-offset",
+            "net y-applied-offset => chop.infeed-applied",
+            "net y-measured => chop.infeed-feedback",
+            "setp chop.infeed-max-limit [JOINT_1]MAX_LIMIT",
+        ):
+            self.assertIn(line + "\n", function)
+        self.assertNotIn("x-stage", stages)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -71,11 +71,14 @@ public:
         applied_ = usable(now.applied, farthest, applied_);
         if (!now.on) stand();
         if (now.starts) begin();
-        done_ |= now.aborts;
+        done_ |= now.aborts && its_.wanted();
         if (now.on && (now.returns || now.aborts || (!now.strokes && !stands_))) retract();
         give_up();
         if (now.strokes) stroke(now);
-        if (now.on) move_.step(target_, its_.rate, its_.acceleration, dt);
+        if (moves()) {
+            move_.step(target_, its_.rate, its_.acceleration, dt);
+            if (!moves()) move_ = TrapezoidalMove(target_);  // at rest
+        }
         arrive(now, dt);
     }
 
@@ -83,6 +86,7 @@ public:
     bool waits() const noexcept { return waits_; }  // the stroke has to
     bool done() const noexcept { return done_; }    // since the start
     bool moves() const noexcept { return value() != target_; }
+    bool idle() const noexcept { return value() == 0 && !moves() && !waits_ && !done_; }
     bool cut() const noexcept { return cut_; }               // a soft limit, since the start
     bool late() const noexcept { return late_ > patience; }  // the axis does not come to its infeed
 
@@ -111,7 +115,7 @@ private:
         const double deep = std::abs(value());
         const bool goes_on = stands_ && its_.wanted() && value() * its_.amount > 0;
         target_ = goes_on ? std::copysign(std::max(deep - its_.clearance, 0.0), value()) : 0;
-        begins_ = true;
+        begins_ = moves();
         stands_ = done_ = cut_ = fed_ = false;
         visit_ = Visit::none;
     }

@@ -279,12 +279,14 @@ private:
     // Nothing feeds in while the ends of the strokes are not known, or anything is wrong with them.
     void feed(const Now& now, const Infeed::Settings& settings, double dt) noexcept {
         using State = StrokeMotion::State;
+        const bool starts = std::exchange(started_, false);
+        if (!settings.in_range && infeed_.idle()) return;  // as without the option
         const Oscillation& oscillation = motion_.oscillation();
         const StrokeValues& values = in_force_.values();
         const bool turns = values.without_wheel || (now.given.spindle_on && now.given.at_speed);
         Infeed::Now its;
         its.on = now.given.on;
-        its.starts = std::exchange(started_, false);
+        its.starts = starts;
         its.returns = now.orders.returns;
         its.aborts = words_.aborts();
         its.strokes = (motion_.state() == State::stroking || motion_.state() == State::stopping) &&

@@ -69,6 +69,20 @@ TEST_F(InfeedAlone, TheLastAmountIsTheRestOfTheTotal) {
     }
 }
 
+TEST_F(InfeedAlone, WithoutAnInfeedNothingWaitsForTheAxisOrEndsTheStrokes) {
+    settings.amount = 0;
+    run(0.01);
+    now.measured = 5;  // it follows a contour
+    now.starts = true;
+    run(0.002);
+    EXPECT_FALSE(it.waits());
+    stroke(true);
+    EXPECT_FALSE(it.waits());
+    now.aborts = now.ends = true;
+    run(0.002);
+    EXPECT_FALSE(it.done());
+}
+
 TEST_F(InfeedAlone, TheStrokeWaitsForTheMeasuredAxis) {
     now.measured = 0.0011;
     stroke(true);
