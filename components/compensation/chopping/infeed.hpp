@@ -75,10 +75,8 @@ public:
         if (now.on && (now.returns || now.aborts || (!now.strokes && !stands_))) retract();
         give_up();
         if (now.strokes) stroke(now);
-        if (moves()) {
+        if (now.on && (moves() || move_.velocity() != 0))
             move_.step(target_, its_.rate, its_.acceleration, dt);
-            if (!moves()) move_ = TrapezoidalMove(target_);  // at rest
-        }
         arrive(now, dt);
     }
 
