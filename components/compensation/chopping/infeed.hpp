@@ -12,13 +12,13 @@
 namespace plumb {
 
 // The infeed of a stroke by another axis. Its offset is 0 where the program left that axis. Inward is away
-// from 0, by the sign of the amount; outward is towards 0. In the order of a job:
+// from 0, by the sign of the amount; outward is towards 0.
 //
-//     start           back to 0; after machine off, outward by the clearance. The strokes wait for it
-//     a dead point    inward by the amount, while all conditions hold. The stroke waits until the axis is
-//     there total, limit    done: the strokes end, after spark-out strokes the end         outward to 0 at
-//     once: also after an abort, without a permit, and by a fault machine off     stands, and then stays
-//     until a start or an order to go to the end
+// - A start takes it back to 0, after machine off outward by the clearance. The strokes wait for it.
+// - A dead point takes it inward by the amount, while all conditions hold. The stroke waits for it.
+// - The total or a limit ends the strokes, after the spark-out strokes.
+// - The end takes it outward to 0 at once, as an abort, a lost permit and a fault do.
+// - Machine off lets it stand. It stays until a start, or an order to go to the end.
 //
 // Only a dead point moves inward. An offset that the stage does not apply is given up, so that it cannot be
 // applied later. All lengths are in mu.
