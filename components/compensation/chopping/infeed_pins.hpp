@@ -60,7 +60,7 @@ private:
         hal::In<std::int32_t> clear{this, "infeed-clear", 0,
                                     "The dead points at which the wheel is clear of the work, and the infeed "
                                     "acts: 0 none, 1 lower, 2 upper, 3 both.",
-                                    hal::must(dead_points)};
+                                    hal::machine(dead_points)};
         hal::In<bool> end{this, "infeed-end", false,
                           "True ends the infeed, as its total does: for a gauge at the work."};
         hal::In<double> position{this, "infeed-position", 0, "mu",
@@ -70,17 +70,17 @@ private:
         hal::In<double> applied{this, "infeed-applied", 0, "mu",
                                 "Offset that this joint has: applied-offset of its stage."};
         hal::In<double> max_amount{
-            this, "infeed-max-amount", 0.05, "mu", "Largest infeed at a dead point.", hal::must(lengths)};
+            this, "infeed-max-amount", 0.05, "mu", "Largest infeed at a dead point.", hal::machine(lengths)};
         hal::In<double> max_offset{
-            this, "infeed-max-offset", 1, "mu", "Largest infeed from the start.", hal::must(lengths)};
+            this, "infeed-max-offset", 1, "mu", "Largest infeed from the start.", hal::machine(lengths)};
         hal::In<double> max_rate{
-            this, "infeed-max-rate", 1, "mu/s", "Largest speed of the infeed.", hal::must(rates)};
+            this, "infeed-max-rate", 1, "mu/s", "Largest speed of the infeed.", hal::machine(rates)};
         hal::In<double> max_acceleration{this,
                                          "infeed-max-accel",
                                          50,
                                          "mu/s2",
                                          "Largest acceleration of the infeed.",
-                                         hal::must(accelerations)};
+                                         hal::machine(accelerations)};
         hal::In<double> min_limit{
             this, "infeed-min-limit", 0, "mu", "Lower soft limit of this joint.", hal::must(signed_lengths)};
         hal::In<double> max_limit{

@@ -19,13 +19,16 @@ public:
     // Also of a start: none, or why it was refused.
     void happen(Fault reason) noexcept { happened_ = reason; }
 
-    // Of a stroke that is asked for and does not begin yet; none when it is not asked for any more.
-    void check(Fault reason) noexcept { checked_ = reason; }
+    // Of a stroke that a program asks for and that does not begin yet. A refusal lasts as that of a start:
+    // the program is aborted before anybody has read it.
+    void check(bool asked, Fault reason) noexcept {
+        checked_ = asked ? reason : Fault::none;
+        if (asked) happened_ = reason;
+    }
 
     // The one to show: the first that has a cause.
     Fault first(const Lasting& now) const noexcept {
-        return checked_ != Fault::none       ? checked_
-               : happened_ != Fault::none    ? happened_
+        return happened_ != Fault::none      ? happened_
                : now.position                ? Fault::position
                : now.settings != Fault::none ? now.settings
                : now.bound                   ? Fault::bound

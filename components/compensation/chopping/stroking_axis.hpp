@@ -159,7 +159,8 @@ private:
     void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
         if (!now.given.homed) supervision_.accept();
-        faults_.check(words_.checks() ? refusal(now, given, words_.checked(), dt) : Fault::none);
+        const bool asked = words_.checks();
+        faults_.check(asked, asked ? refusal(now, given, words_.checked(), dt) : Fault::none);
         if (motion_.moves() && !now.given.on) freeze();
         if (motion_.moves() && !ready(now)) {
             if (!now.given.homed) faults_.happen(Fault::unhomed);

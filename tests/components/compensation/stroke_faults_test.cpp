@@ -14,7 +14,7 @@ TEST(StrokeFaults, OneThatHappenedLastsUntilTheNextStart) {
     EXPECT_EQ(it.first({}), Fault::none);
 }
 
-TEST(StrokeFaults, ShowsTheCheckedStrokeFirstThenAnEventThenWhatLasts) {
+TEST(StrokeFaults, ShowsWhatHappenedFirstThenWhatLasts) {
     StrokeFaults it;
     StrokeFaults::Lasting now;
     now.supervised = Fault::drift;
@@ -27,11 +27,15 @@ TEST(StrokeFaults, ShowsTheCheckedStrokeFirstThenAnEventThenWhatLasts) {
     EXPECT_EQ(it.first(now), Fault::position);
     it.happen(Fault::lags);
     EXPECT_EQ(it.first(now), Fault::lags);
-    it.check(Fault::region);
-    EXPECT_EQ(it.first(now), Fault::region);
+    it.check(false, Fault::region);
+    EXPECT_EQ(it.first(now), Fault::lags) << "nothing is asked for";
+    it.check(true, Fault::region);
     EXPECT_EQ(it.checked(), Fault::region);
-    it.check(Fault::none);
-    EXPECT_EQ(it.first(now), Fault::lags) << "nothing is asked for any more";
+    it.check(false, Fault::none);
+    EXPECT_EQ(it.checked(), Fault::none);
+    EXPECT_EQ(it.first(now), Fault::region) << "somebody has to read it";
+    it.check(true, Fault::none);
+    EXPECT_EQ(it.first(now), Fault::position) << "this stroke is possible";
 }
 
 }  // namespace
