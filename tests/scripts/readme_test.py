@@ -113,6 +113,8 @@ loadrt motmod servo_period_nsec=1000000 num_joints=3 num_dio=32 num_aio=32
         "centre": "loadrt centre_height names=centre interlock=no",
         "lathe": "loadrt sim_lathe names=lathe",
         "trial": "loadrt sim_trial_cuts names=trial",
+        "grinder": "loadrt sim_grinder names=grinder",
+        "chop": "loadrt chopping names=chop interlock=no infeed=1",
     }
 
     def load(self, lines):
@@ -201,7 +203,13 @@ net spindle-load siggen.0.cosine
                 if re.search("addf x-drive", lines):
                     used.add("x-drive")
                 permitted = {instance for instance in used if instance + ".permit" in lines}
-                others = [line.replace("=no", "=yes") if instance in permitted else line for instance, line in self.OTHERS.items() if instance in used]
+                others = []
+                for instance, line in self.OTHERS.items():
+                    own = re.search(r"^%s names=\S+" % re.sub(" names=.*", " *", line), lines, re.M)
+                    if instance in used and own:  # the page loads this module for another instance
+                        lines = lines.replace(own[0], own[0] + "," + instance)
+                    elif instance in used:
+                        others.append(line.replace("=no", "=yes") if instance in permitted else line)
                 threads = "" if "motion-controller" in lines else "addf motion-controller servo-thread\n"
                 self.load("\n".join(others) + "\n" + threads + lines).run(0.1)
 
