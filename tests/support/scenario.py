@@ -75,9 +75,9 @@ class Scenario:
         self.await_condition(lambda: self.machine.poll() and any(words in text for text in self.machine.errors), words)
 
     def message_of(self, action):
-        """Returns what the operator reads in an action and the 5 s after it."""
+        """Returns what the operator reads in an action and the 20 s after it, of a computer that may be busy."""
         texts = []
-        for each in (action, lambda: self.machine.wait_for(lambda status: False, "a message", 5)):
+        for each in (action, lambda: self.machine.wait_for(lambda status: False, "a message", 20)):
             try:
                 each()
             except (OperatorError, Overdue) as error:
