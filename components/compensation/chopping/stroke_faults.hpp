@@ -19,11 +19,11 @@ public:
     // Also of a start: none, or why it was refused.
     void happen(Fault reason) noexcept { happened_ = reason; }
 
-    // Of a stroke that a program asks for and that does not begin yet. A refusal lasts as that of a start:
-    // the program is aborted before anybody has read it.
-    void check(bool asked, Fault reason) noexcept {
+    // Of a stroke that a program asks for and that does not begin yet. A refusal lasts as that of a start,
+    // since the program is aborted before anybody has read it; but not beside a fault that is shown instead.
+    void check(bool asked, Fault reason, bool lasts = true) noexcept {
         checked_ = asked ? reason : Fault::none;
-        if (asked) happened_ = reason;
+        if (asked && lasts) happened_ = reason;
     }
 
     // The one to show: the first that has a cause.

@@ -160,7 +160,7 @@ private:
         const StrokeOrders::Now& orders = now.orders;
         if (!now.given.homed) supervision_.accept();
         const bool asked = words_.checks();
-        faults_.check(asked, asked ? refusal(now, given, words_.checked(), dt) : Fault::none);
+        faults_.check(asked, asked ? refusal(now, given, words_.checked(), dt) : Fault::none, place_.known());
         if (motion_.moves() && !now.given.on) freeze();
         if (motion_.moves() && !ready(now)) {
             if (!now.given.homed) faults_.happen(Fault::unhomed);

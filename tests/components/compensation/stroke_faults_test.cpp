@@ -34,6 +34,9 @@ TEST(StrokeFaults, ShowsWhatHappenedFirstThenWhatLasts) {
     it.check(false, Fault::none);
     EXPECT_EQ(it.checked(), Fault::none);
     EXPECT_EQ(it.first(now), Fault::region) << "somebody has to read it";
+    it.check(true, Fault::not_ready, false);
+    EXPECT_EQ(it.checked(), Fault::not_ready);
+    EXPECT_EQ(it.first(now), Fault::region) << "another fault is shown, and this one is not told later";
     it.check(true, Fault::none);
     EXPECT_EQ(it.first(now), Fault::position) << "this stroke is possible";
 }
