@@ -118,8 +118,8 @@ public:
     double error(bool upper) const noexcept { return error_[upper]; }        // mu, positive outside
 
 private:
-    // Whether the axis passes the last dead point, that of a stroke or of the first way, for the first time
-    // since the command was there.
+    // Whether the axis goes beyond the dead point where its command turned last. A stroke leads there, or the
+    // first way from point R. True once for each dead point.
     bool passes(const Sample& now, const Present& present) noexcept {
         const Arrival& its = arrival_[upward_];
         const bool first = !arrival_[!upward_].happened;

@@ -19,8 +19,9 @@ public:
     // Also of a start: none, or why it was refused.
     void happen(Fault reason) noexcept { happened_ = reason; }
 
-    // Of a stroke that a program asks for and that does not begin yet. A refusal lasts as that of a start,
-    // since the program is aborted before anybody has read it; but not beside a fault that is shown instead.
+    // A program asks whether a stroke may begin. The refusal of the stroke stays until the next start, since
+    // the program is aborted before anybody has read the reason. It does not stay where another fault is
+    // shown.
     void check(bool asked, Fault reason, bool lasts = true) noexcept {
         checked_ = asked ? reason : Fault::none;
         if (asked && lasts) happened_ = reason;

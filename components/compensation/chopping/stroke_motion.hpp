@@ -27,7 +27,7 @@ public:
     // Of a period.
     struct Orders {
         bool runs = true, permitted = true;
-        bool leaves = false;              // the axis leaves the work, whatever `runs` says
+        bool leaves = false;              // an abort takes the axis out of the work
         bool returns = false;             // in this period
         Stop hold = Stop::none;           // at_once, dead_point or end_position
         Stop usual = Stop::end_position;  // if it does not run

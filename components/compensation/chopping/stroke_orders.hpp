@@ -8,8 +8,8 @@
 
 namespace plumb {
 
-// The orders of the program and the operator, out of bits that stay. The end of a program is the end of the
-// strokes that it began, and its begin that of strokes which it did not begin: its moves wait for the axis.
+// The orders of the program and the operator, out of bits that stay. The end of a program ends the strokes
+// that the program began. The begin of a program ends other strokes, and its moves wait for the axis.
 class StrokeOrders {
 public:
     // The bits of a period.

@@ -250,7 +250,8 @@ TEST_F(ChoppingInfeed, NothingFeedsInWhileHeld) {
         set("infeed-total", 0.9);
         if (get("active") == 0) start();
         run(3);
-        set(pin, value);
+        for (int i = 0; i < 5000 && !(get("velocity") > 5); ++i) bench.run(0.001);
+        set(pin, value);  // on the way to the dead point that has an infeed
         bench.run(0.01);
         const double at = deep();
         run(2);

@@ -80,12 +80,12 @@ class Function:
 
     @property
     def other_axis(self):
-        """The axis that the INI file names beside those of the function; None without one."""
+        """The letter of the axis that [CHOPPING]INFEED_AXIS names, for example; None where the INI file switches this axis off."""
         its = self.named_axis and self.values.get(self.named_axis["section"], {})
         return its[self.named_axis["name"]].upper() if its and its[self.named_axis["switch"]] != "0" else None
 
     def _lines(self):
-        """Its HAL file, and the lines of another axis, which are those of X."""
+        """The HAL file of the function. The file of the named axis follows it, with the letter of this axis in the place of X."""
         commands = hal_text.parse(self.text(self.name + ".hal"))
         if not self.other_axis:
             return commands
