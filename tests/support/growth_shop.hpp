@@ -5,7 +5,7 @@
 #pragma once
 
 #include "components/math/blocks/random.hpp"
-#include "components/math/contact/growth_from_contacts.hpp"
+#include "components/math/contact/growth_filter.hpp"
 
 #include <algorithm>
 #include <array>
@@ -118,13 +118,13 @@ struct GrowthShop {
     double interval = 300;     // s
     double part_speed = 5000;  // rpm, in a part
     double between = 10;       // s, between two contacts of a part
-    GrowthFromContacts::Settings settings{};
+    GrowthFilter::Settings settings{};
     // Displacement of the contacts of a gauge beside the growth, mu, and what the cuts see of it.
     std::function<double(double time, std::size_t gauge)> shift = [](double, std::size_t) { return 0.0; };
-    std::function<void(double, GrowthFromContacts&)> every_part = [](double, GrowthFromContacts&) {};
+    std::function<void(double, GrowthFilter&)> every_part = [](double, GrowthFilter&) {};
 
     std::vector<Cut> run(const GrowthTruth& truth, double hours, std::uint64_t seed,
-                         GrowthFromContacts& growth) {
+                         GrowthFilter& growth) {
         Random random(seed, 11);
         std::vector<double> reference(gauges.size(), 0.0), own(gauges.size(), 0.0);
         std::vector<Cut> cuts;
@@ -134,7 +134,7 @@ struct GrowthShop {
             const double in_part = std::fmod(t, interval);
             const bool in_cycle =
                 in_part >= 20 && in_part < 80 + between * static_cast<double>(gauges.size());
-            GrowthFromContacts::Machine machine;
+            GrowthFilter::Machine machine;
             machine.speed = in_cycle ? part_speed : truth.speed(t);
             machine.in_cycle = in_cycle;
             if (in_part == 0) {
@@ -149,16 +149,16 @@ struct GrowthShop {
             if (!contact) {
                 growth.predict(machine, settings, 1);
                 growth.apply(machine, settings, 1);
-                if (growth.known()) offset = growth.authority().offset();
+                if (growth.known()) offset = growth.offset();
                 continue;
             }
             growth.predict(machine, settings, 1);
             const double grown = truth.growth(t);
             const double z = grown + blank_now + gauges[gauge].sigma * random.gaussian() + shift(t, gauge);
             const double cut_offset = offset;
-            const Doubt doubt = growth.authority().doubt();
+            const Doubt doubt = growth.doubt();
             const bool known = growth.known();
-            const double sigma = std::hypot(growth.sigma(), growth.growth(settings) - cut_offset);
+            const double sigma = std::hypot(growth.sigma(settings), growth.apart(), growth.growth() - cut_offset);
             bool accepted = true;
             if (part <= 1) {
                 if (gauge == 0) zero = grown;
@@ -167,17 +167,14 @@ struct GrowthShop {
                 growth.learn(0, gauges[gauge].sigma, gauge == 0, settings);
                 if (gauge + 1 == gauges.size()) growth.renew_gauges();
             } else {
-                GrowthFromContacts::Reading r;
+                GrowthFilter::Reading r;
                 r.growth = z - reference[gauge];
                 r.noise = gauges[gauge].sigma;
-                r.reference_sigma = std::hypot(own[gauge], settings.between.repeatability);
+                r.reference_sigma = std::hypot(own[gauge], settings.repeatability);
                 r.gauge = static_cast<std::int32_t>(gauge);
                 r.cycle = part;
-                r.tool = gauges[gauge].tool;
-                r.feed = r.fastest = gauges[gauge].feed;
+                r.feed = gauges[gauge].feed;
                 for (std::size_t i = 0; i < gauges.size(); ++i) {
-                    r.other_feeds |= gauges[i].feed != r.feed;
-                    r.fastest = std::min(r.fastest, gauges[i].feed);
                     if (gauges[i].tool == gauges[gauge].tool)
                         r.of_tool |= std::uint64_t{1} << i;
                     else

@@ -26,7 +26,7 @@ struct ContactReport : hal::Group {
         rejected = counts.rejected;
         unexpected = counts.unexpected;
         missed = counts.missed;
-        gate = measured.gate(settings);
+        gate = measured.filter().gate(settings.growth);
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
         learning_failed = measured.tally().learning_fault() != LearningFault::none;
@@ -60,7 +60,7 @@ struct ContactReport : hal::Group {
                                       "Number of contacts that the reference does not have."};
     hal::Out<std::int32_t> missed{this, "contacts-missed",
                                   "Number of contacts of the reference that complete cycles missed."};
-    hal::Out<double> gate{this, "gate", "mu", "Largest change that is accepted now."};
+    hal::Out<double> gate{this, "gate", "mu", "Largest change that one contact may show by itself now."};
     hal::Out<double> load_noise{this, "load-noise", "%",
                                 "Standard deviation of the smoothed load about its baseline."};
     hal::Out<bool> learning{this, "learning", "This cycle is learned from."};

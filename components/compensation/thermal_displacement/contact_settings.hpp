@@ -31,10 +31,9 @@ struct ContactSettings : hal::Group {
         s.limits.lost_time_tolerance = lost_time_tolerance;
         s.limits.steady_time = steady_time;
         s.growth.max_correction = setting(max_correction);
-        s.growth.gate.max_growth_rate = setting(max_growth_rate);
-        s.growth.gate.floor = setting(gate_floor);
-        s.growth.gate.cap = setting(gate_cap);
-        s.growth.gate.confirm = setting(confirm_contacts);
+        s.growth.max_growth_rate = setting(max_growth_rate);
+        s.growth.floor = setting(gate_floor);
+        s.growth.cap = setting(gate_cap);
         return s;
     }
 
@@ -48,7 +47,7 @@ struct ContactSettings : hal::Group {
     static constexpr double steady_time = 0.2;  // s
 
     static constexpr hal::Range loads{1e-6, 1e3}, falls{0, 1e3}, times{0, 10}, long_times{0, 1e3},
-        lengths{0, 1e3}, growth_rates{0, 1}, cycles{1, 1e6}, confirming{0, 1e6};
+        lengths{0, 1e3}, growth_rates{0, 1}, cycles{1, 1e6};
 
     hal::In<bool> by_time{this, "by-time", false, "Compare the times of contacts, not their coordinates.",
                           hal::machine()};
@@ -87,13 +86,10 @@ struct ContactSettings : hal::Group {
                                     "max-growth-rate",
                                     0.0002,
                                     "mu/s",
-                                    "Fastest growth to expect; the gate opens with it.",
+                                    "Fastest growth to expect.",
                                     hal::machine(growth_rates)};
-    hal::In<double> gate_floor{this, "gate-floor", 0.015, "mu", "Narrowest gate.", hal::must(lengths)};
-    hal::In<double> gate_cap{this, "gate-cap", 0.06, "mu", "Widest gate.", hal::machine(lengths)};
-    hal::In<std::int32_t> confirm_contacts{this, "confirm-contacts", 0,
-                                           "Further contacts that confirm one beyond the gate; 0 for never.",
-                                           hal::expert(confirming)};
+    hal::In<double> gate_floor{this, "gate-floor", 0.015, "mu", "Change of the growth that matters; a third of it does no harm.", hal::must(lengths)};
+    hal::In<double> gate_cap{this, "gate-cap", 0.06, "mu", "Largest change of the growth to expect between two contacts.", hal::machine(lengths)};
     hal::In<double> max_correction{this,
                                    "max-correction",
                                    0.1,

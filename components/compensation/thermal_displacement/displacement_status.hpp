@@ -2,7 +2,7 @@
 #pragma once
 
 #include "components/math/contact/contact_rejection.hpp"
-#include "components/math/contact/growth_authority.hpp"
+#include "components/math/contact/growth_filter.hpp"
 #include "components/math/contact/learning_check.hpp"
 #include "components/math/contact/reference_refusal.hpp"
 #include "hal/first.hpp"
@@ -92,8 +92,7 @@ enum class DisplacementStatus : std::int32_t {
     program_event,
     old,
     poor_reference,
-    prediction,
-    held_back,
+    held_back = 62,
 };
 
 // Somebody has to act, or to answer.
@@ -156,10 +155,8 @@ constexpr hal::Said said(DisplacementStatus status) {
                            "reference-sigma");
         case S::uncertain: return awaited("The growth is less certain than the tolerance of the work.");
         case S::held_back: return awaited("The growth is so uncertain that only a part of it is applied.");
-        case S::prediction:
-            return awaited("The growth since the last contact is uncertain: the offset holds that contact.");
         case S::asks:
-            return doubted("All contacts moved at once: the offset leaves that out.",
+            return doubted("All contacts moved at once, by growth or not: the offset harms no part either way.",
                            "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
                            "the panel, or by growth_answer, whether it is growth.",
                            "", "shift-size");
@@ -170,7 +167,7 @@ constexpr hal::Said said(DisplacementStatus status) {
                 "growth.",
                 "", "shift-size");
         case S::asks_of_feeds:
-            return doubted("The contacts moved in proportion to their feeds: the offset leaves that out.",
+            return doubted("The contacts moved in proportion to their feeds: the offset harms no part either way.",
                            "Another latency or filter of the drive? Answer on the panel, or by "
                            "growth_answer, whether it is growth.",
                            "", "shift-size");
@@ -246,7 +243,6 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {its.doubt == Doubt::old, S::old},
                           {its.doubt == Doubt::program_event, S::program_event},
                           {its.doubt == Doubt::poor_reference, S::poor_reference},
-                          {its.doubt == Doubt::prediction, S::prediction},
                           {its.doubt == Doubt::uncertain, S::uncertain},
                           {its.doubt == Doubt::held_back, S::held_back},
                           {its.dry_run, S::dry_run},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/contact/growth_from_contacts.hpp"
+#include "components/math/contact/growth_filter.hpp"
 #include "hal/component.hpp"
 
 namespace plumb {
@@ -10,10 +10,9 @@ namespace plumb {
 struct GrowthSettings : hal::Group {
     using Group::Group;
 
-    void read(GrowthFromContacts::Settings& all, hal::SettingsReader& setting) noexcept {
-        all.hold_time = setting(hold_time);
-        all.work_tolerance = setting(work_tolerance);
-        GrowthBetweenContacts::Settings& s = all.between;
+    void read(GrowthFilter::Settings& s, hal::SettingsReader& setting) noexcept {
+        s.hold_time = setting(hold_time);
+        s.work_tolerance = setting(work_tolerance);
         s.by_speed = follow_speed;
         s.expected_growth = setting(expected_growth);
         s.unexplained_growth = setting(unexplained_growth);

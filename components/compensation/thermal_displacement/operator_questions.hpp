@@ -11,7 +11,7 @@
 namespace plumb {
 
 // Questions that only the operator can answer: what a shift of contacts is, and why the origin of the program
-// has changed. Until then the offset leaves the shift out, and keeps the growth.
+// has changed.
 struct OperatorQuestions : hal::Group {
     using Group::Group;
 
@@ -34,15 +34,15 @@ struct OperatorQuestions : hal::Group {
         if (other_.rises(is_not_growth || given_ == Answer::not_growth)) measured.shift_is_not_growth();
     }
 
-    bool open(const GrowthByContact& measured, const GrowthFromContacts::Settings& settings) const noexcept {
-        return measured.origin_change() != 0 || measured.from_contacts().shift(settings) != Shift::none;
+    bool open(const GrowthByContact& measured, const GrowthFilter::Settings& settings) const noexcept {
+        return measured.origin_change() != 0 || measured.filter().shift(settings) != Shift::none;
     }
 
-    void show(const GrowthByContact& measured, const GrowthFromContacts::Settings& settings,
+    void show(const GrowthByContact& measured, const GrowthFilter::Settings& settings,
               bool applying) noexcept {
-        const GrowthFromContacts& growth = measured.from_contacts();
+        const GrowthFilter& growth = measured.filter();
         const bool shifted = applying && growth.shift(settings) != Shift::none;
-        shift_size = shifted ? growth.estimator().shift_size() : 0;
+        shift_size = shifted ? growth.shift_size() : 0;
         origin_change = applying ? measured.origin_change() : 0;
         wait = applying && wait_for_answer && open(measured, settings);
     }

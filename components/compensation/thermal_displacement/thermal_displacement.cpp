@@ -99,7 +99,7 @@ struct ThermalDisplacement final : hal::Component {
         const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool untouched = now.cycle_running || !applying;  // else an operator may be at the machine
         wish.may_move = untouched && !measured_.in_work() && !frozen;
-        wish.growth = measured_.authority().offset();
+        wish.growth = measured_.filter().offset();
         wish.step = step_;
         offset_.step(wish, settings_.own.at(settings_.contact.method, measured_.contact().feed), dt);
 
@@ -136,7 +136,7 @@ private:
         bool in_range = false;
 
         bool valid() const noexcept {
-            return in_range && contact.valid() && std::abs(own.verify_step) <= contact.growth.gate.cap;
+            return in_range && contact.valid() && std::abs(own.verify_step) <= contact.growth.cap;
         }
     };
 
@@ -149,14 +149,14 @@ private:
     // Why the growth may be wrong, while it is to be applied.
     Doubt doubted(bool applying) const noexcept {
         if (!applying) return Doubt::none;
-        if (measured_.known()) return measured_.authority().doubt();
+        if (measured_.known()) return measured_.filter().doubt();
         return measured_.cycle().references().size() > 0 ? Doubt::unknown : Doubt::none;
     }
 
     void show(GrowthByContact::Event event, bool applying, Doubt doubt,
               const MachiningSetup& setup) noexcept {
-        const double grown = measured_.known() ? measured_.estimate(settings_.contact) : 0;
-        growth.show(grown, measured_.known() ? measured_.estimate_sigma() : 0);
+        const double grown = measured_.known() ? measured_.filter().growth() : 0;
+        growth.show(grown, measured_.known() ? measured_.filter().sigma(settings_.contact.growth) : 0);
         trust.show(measured_, settings_.contact, grown, offset_.value(), doubt);
         report.show(measured_, event, setup, settings_.contact);
         questions.show(measured_, settings_.contact.growth, applying);
@@ -200,7 +200,7 @@ private:
         seen.dry_run = dry;
         seen.doubt = doubt;
         seen.asks_origin = applying && measured_.origin_change() != 0;
-        if (applying) seen.shift = measured_.from_contacts().shift(settings_.contact.growth);
+        if (applying) seen.shift = measured_.filter().shift(settings_.contact.growth);
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();

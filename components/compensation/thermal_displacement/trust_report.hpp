@@ -16,12 +16,12 @@ struct TrustReport : hal::Group {
     void show(const GrowthByContact& measured, const GrowthByContact::Settings& settings, double estimate,
               double offset, Doubt reason) noexcept {
         const bool known = measured.known();
-        authority = known ? measured.authority().part() : 0;
-        sigma_ = known ? std::hypot(std::hypot(measured.estimate_sigma(), measured.apart(settings)),
+        authority = known ? measured.filter().part() : 0;
+        sigma_ = known ? std::hypot(std::hypot(measured.filter().sigma(settings.growth), measured.filter().apart()),
                                     estimate - offset, measured.learning_growth())
                        : 0;
         offset_sigma = sigma_;
-        contact_age = known ? measured.authority().age() : 0;
+        contact_age = known ? measured.filter().age() : 0;
         reference_sigma = measured.reference_sigma();
         doubt = reason != Doubt::none;
     }

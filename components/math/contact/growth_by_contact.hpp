@@ -7,7 +7,7 @@
 #include "components/math/contact/contact_rejection.hpp"
 #include "components/math/contact/cycle_tally.hpp"
 #include "components/math/contact/displacement_law.hpp"
-#include "components/math/contact/growth_from_contacts.hpp"
+#include "components/math/contact/growth_filter.hpp"
 #include "components/math/contact/program_origin.hpp"
 #include "components/math/contact/reference_refusal.hpp"
 
@@ -27,7 +27,7 @@ public:
         std::int32_t reference_cycles = 1;  // cycles in the mean
         ContactFinder::Settings finder;
         ContactLimits limits;
-        GrowthFromContacts::Settings growth;
+        GrowthFilter::Settings growth;
 
         bool valid() const noexcept {
             return reference_cycles >= 1 && finder.valid() && limits.valid() && growth.valid();
@@ -45,7 +45,7 @@ public:
     // learning. The settings must be valid.
     Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         follow_cycle(s, settings);
-        follow_origin(s, settings, dt);
+        follow_origin(s, dt);
         waited_ += dt;
         const Event event = find(s, at_zero, settings, dt);
         const std::int32_t state = 4 * cycle_.running() + 2 * s.load_lost + tally_.barren();
@@ -61,15 +61,11 @@ public:
     const ContactCycle& cycle() const noexcept { return cycle_; }
     const ReferenceRefusal& refusal() const noexcept { return refusal_; }
     const LoadContact& detector() const noexcept { return finder_.detector(); }
-    double gate(const Settings& settings) const noexcept {
-        return from_contacts_.gate(settings.growth);
-    }  // mu
-
     bool in_work() const noexcept { return finder_.in_work(); }  // see there
 
     // The growth is known to half of the narrowest gate at best.
     bool uncertain(const Settings& settings) const noexcept {
-        return !known() || from_contacts_.sigma() > 0.5 * settings.growth.gate.floor;
+        return !known() || filter_.sigma(settings.growth) > 0.5 * settings.growth.floor;
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
@@ -87,25 +83,16 @@ public:
     double growth() const noexcept { return growth_; }
     double sigma() const noexcept { return sigma_; }
 
-    bool known() const noexcept { return from_contacts_.known(); }
-    const GrowthFromContacts& from_contacts() const noexcept { return from_contacts_; }
-    const GrowthAuthority& authority() const noexcept { return from_contacts_.authority(); }
-    double estimate(const Settings& settings) const noexcept {
-        return from_contacts_.growth(settings.growth);
-    }
-    double estimate_sigma() const noexcept { return from_contacts_.sigma(); }
-    double apart(const Settings& settings) const noexcept {  // see GrowthEstimator
-        return from_contacts_.estimator().apart(settings.growth.estimator());
-    }
+    bool known() const noexcept { return filter_.known(); }
+    const GrowthFilter& filter() const noexcept { return filter_; }
 
-    // The answers to a shift, see GrowthEstimator. Without a shift they change nothing.
-    void shift_is_growth() noexcept { from_contacts_.shift_is_growth(); }
+    // The answers to a shift, see GrowthFilter. Without a shift they change nothing.
+    void shift_is_growth() noexcept { filter_.shift_is_growth(); }
     void shift_is_not_growth() noexcept {
-        const GrowthEstimator& estimator = from_contacts_.estimator();
-        if (estimator.shift() == Shift::none || cycle_.learning()) return;
+        if (filter_.shift_size() == 0 || cycle_.learning()) return;
         for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
-            cycle_.displace(i, estimator.displaced(i, cycle_.references()[i].contact.feed));
-        from_contacts_.shift_is_corrected();
+            cycle_.displace(i, filter_.displaced(i, cycle_.references()[i].contact.feed));
+        filter_.shift_is_corrected();
     }
 
     // Change of the program's origin that nobody has explained, in mu; 0 for none. Until then the contacts
@@ -140,7 +127,7 @@ private:
         machine_.speed = s.speed;
         machine_.temperature = s.temperature;
         machine_.temperature_valid = s.temperature_valid;
-        from_contacts_.predict(machine_, settings.growth, waited_);
+        filter_.predict(machine_, settings.growth, waited_);
         since_applied_ += std::exchange(waited_, 0);
         periods_ = 0;
     }
@@ -153,7 +140,7 @@ private:
         machine_.in_cycle = cycle_.running();
         machine_.accepted = event == Event::accepted;
         machine_.origin = asked_.change != 0;
-        from_contacts_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
+        filter_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
     }
 
     Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
@@ -186,12 +173,12 @@ private:
             its.enabled = s.enable;
             if (finder_.end()) cycle_.spoil();
             const ContactCycle::Ended ended =
-                cycle_.end(complete, settings.method, settings.reference_cycles, settings.growth.gate.floor);
+                cycle_.end(complete, settings.method, settings.reference_cycles, settings.growth.floor);
             its.new_reference = its.learning && ended.fault == LearningFault::none && cycle_.learnt() == 0;
             its.missed = ended.missed;
             its.fault = ended.fault;
             if (its.new_reference) {
-                from_contacts_.renew_gauges();
+                filter_.renew_gauges();
                 asked_ = {};
                 learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
             }
@@ -211,9 +198,9 @@ private:
     }
 
     // A reason moves the references with the origin, or lets them go to another depth.
-    void follow_origin(const Sample& s, const Settings& settings, double dt) noexcept {
+    void follow_origin(const Sample& s, double dt) noexcept {
         if (s.lost == Lost::position || s.lost == Lost::offset) return;
-        const double grown = known() ? estimate(settings) : 0;
+        const double grown = known() ? filter_.growth() : 0;
         origin_.step({s.work_offset, s.tool_length, s.tool, s.origin_reason, grown, s.applied_offset}, dt);
         const OriginReason reason = origin_.reason();
         if (reason == OriginReason::none) return;
@@ -233,7 +220,7 @@ private:
                 its.contact.have_origin(now, its.contact.tool_length, reason != OriginReason::depth);
         });
         if (reason == OriginReason::by_hand) growth = now - before;
-        if (known() && reason != OriginReason::depth && growth != 0) from_contacts_.displace(-growth);
+        if (known() && reason != OriginReason::depth && growth != 0) filter_.displace(-growth);
     }
 
     // A correction of growth in the length of one tool is another depth: the others do not have it.
@@ -252,7 +239,7 @@ private:
             move_zero(its.before.work_offset, its.now.work_offset, reason, its.in_offset);
         if (ProgramOrigin::differ(its.now.tool_length, its.before.tool_length))
             measure_tool(its.tool, its.now.tool_length, reason, its.in_length);
-        if (from_contacts_.estimator().shift() != Shift::none) from_contacts_.shift_is_corrected();
+        if (filter_.shift_size() != 0) filter_.shift_is_corrected();
     }
 
     // The contact has another origin than its reference, and nobody has said why. The contact itself shows
@@ -275,7 +262,7 @@ private:
         asked_ = {change, now, before, partner.key.tool, origin_.in_offset(), origin_.in_length()};
         const double in_program = plumb::growth(settings.method, now, before);
         const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
-        const auto expected = from_contacts_.expected(reading(partner, settings), settings.growth);
+        const auto expected = filter_.expected(reading(partner, settings), settings.growth);
         const double taken_in = zero ? asked_.in_offset : asked_.in_length;
         const double moved = (in_program - expected.mean + taken_in) / expected.sigma;
         const double stood = (in_program + change - expected.mean) / expected.sigma;
@@ -310,13 +297,13 @@ private:
         if (learning) cycle_.learn(finder_.found(), !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
         const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
-        if (learning) from_contacts_.learn(fresh ? 0 : growth_, sigma, fresh, settings.growth);
+        if (learning) filter_.learn(fresh ? 0 : growth_, sigma, fresh, settings.growth);
         tally_.accept(learning);
         return learning ? Event::contact : Event::accepted;
     }
 
     // mu, a displacement of a contact that matters little.
-    static double harmless(const Settings& settings) noexcept { return settings.growth.gate.floor / 5; }
+    static double harmless(const Settings& settings) noexcept { return settings.growth.floor / 5; }
 
     bool comparable(const MachiningSetup& setup) const noexcept {
         return refusal_.compares() && cycle_.references().made_with(setup);
@@ -333,42 +320,36 @@ private:
         growth_ = plumb::growth(settings.method, now, partner.contact);
         if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
         sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
-        const GrowthFromContacts::Reading r = reading(partner, settings);
-        return cycle_.learning() ? from_contacts_.compare(r, settings.growth)
-                                 : from_contacts_.judge(r, settings.growth);
+        const GrowthFilter::Reading r = reading(partner, settings);
+        return cycle_.learning() ? filter_.compare(r, settings.growth) : filter_.judge(r, settings.growth);
     }
 
-    GrowthFromContacts::Reading reading(const ContactReference& partner,
-                                        const Settings& settings) const noexcept {
+    GrowthFilter::Reading reading(const ContactReference& partner, const Settings& settings) const noexcept {
         const ContactReferences& references = cycle_.references();
-        GrowthFromContacts::Reading r;
+        GrowthFilter::Reading r;
         r.growth = growth_;
         r.noise = std::hypot(std::max(finder_.found().contact.sigma, partner.scatter),
                              feed_sigma(finder_.found().contact, partner.contact));
         r.reference_sigma = own_sigma(partner, settings);
         r.step = step_;
+        r.feed = finder_.found().contact.feed;
         r.gauge = references.find(partner.key);
-        r.tool = partner.key.tool;
         r.cycle = cycle_.number();
-        r.feed = r.fastest = finder_.found().contact.feed;
-        double slowest = r.feed;
         for (std::int32_t i = 0; i < references.size(); ++i) {
-            const bool same = references[i].key.tool == r.tool;
-            if (same) r.of_tool |= std::uint64_t{1} << i;
-            r.other_tools |= !same && !from_contacts_.estimator().withdrawn(i);
-            r.fastest = std::min(r.fastest, references[i].contact.feed);
-            slowest = std::max(slowest, references[i].contact.feed);
+            if (references[i].key.tool == partner.key.tool)
+                r.of_tool |= std::uint64_t{1} << i;
+            else
+                r.other_tools |= !filter_.withdrawn(i);
         }
-        r.other_feeds = slowest > (1 - settings.limits.feed_tolerance) * r.fastest;
         return r;
     }
 
     double usual_growth(const Settings& settings) const noexcept {
-        return from_contacts_.estimator().usual_growth(settings.growth.estimator());
+        return filter_.usual_growth(settings.growth);
     }
 
     static double own_sigma(const ContactReference& reference, const Settings& settings) noexcept {
-        const double scatter = std::max(reference.scatter, settings.growth.between.repeatability);
+        const double scatter = std::max(reference.scatter, settings.growth.repeatability);
         return std::max(reference.contact.sigma,
                         std::hypot(reference.contact.sigma, scatter / std::sqrt(reference.cycles)));
     }
@@ -386,7 +367,7 @@ private:
 
     void forget_growth() noexcept {
         asked_ = {};
-        from_contacts_.forget();
+        filter_.forget();
         tally_.forget();
     }
 
@@ -410,7 +391,7 @@ private:
     ContactCycle cycle_;
     ProgramOrigin origin_;
     Asked asked_;
-    GrowthFromContacts from_contacts_;
+    GrowthFilter filter_;
     CycleTally tally_;
     double reference_sigma_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
@@ -421,7 +402,7 @@ private:
     double growth_ = 0;
     double sigma_ = 0;
     double step_ = 0;
-    GrowthFromContacts::Machine machine_;
+    GrowthFilter::Machine machine_;
     double waited_ = 0, since_applied_ = 0;  // s since growth was predicted, and applied
     std::int32_t periods_ = 0;               // since it was predicted
     bool due_ = false;

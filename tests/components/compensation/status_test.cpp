@@ -301,7 +301,6 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
           Kind::warn},
          {"a poor reference", [](auto& its) { its.doubt = Doubt::poor_reference; }, S::poor_reference,
           Kind::warn},
-         {"an uncertain model", [](auto& its) { its.doubt = Doubt::prediction; }, S::prediction, Kind::warn},
          {"an uncertain growth", [](auto& its) { its.doubt = Doubt::uncertain; }, S::uncertain, Kind::warn},
          {"a part is held back", [](auto& its) { its.doubt = Doubt::held_back; }, S::held_back, Kind::warn},
          {"dry run",
