@@ -8,7 +8,7 @@ doubt, and nothing else blurs it; the figures show how much it was. Between the 
 speed, or in steps of 10 to 40 min that a spindle at rest may be among.
 
 An error is the offset less the growth at the bottom of a cut, which counts from that at the contact of the reference;
-those after the second accepted contact are printed.
+those after the second accepted contact are printed. Hold and Simple3 are the rivals of support/rivals.py on the same contacts.
 """
 
 import os
@@ -17,10 +17,11 @@ import random
 import numpy as np
 
 from support.command import add_place, duration_of, errors_reported, new_parser, place_of, whole
-from support import growth_curves
+from support import contacts, growth_curves
 from support.figures import largest, rms
 from support.mill_machine import same_inputs, start_mill
 from support.recordings import read_columns
+from support.rivals import SIMPLE
 from support.simulations import ROOT, duration_text, simulate_all
 
 TARGETS = "simulation_mill"
@@ -31,7 +32,8 @@ PART = 100  # s
 PARTS_PER_CONTACT = 3
 GAUGE = 40  # operation
 CONTACT_NOISE = 0.001  # mm, of each contact; that of the reference has it too
-WAYS = {"hold": "hold", "by speed": "growth"}  # and the instance that goes it
+APPLIED = "by speed"
+WAYS = {"hold": "hold", APPLIED: "growth"}  # and the instance that goes it
 OPTIONS = {"threads.period1": round(PERIOD * 1e9), "thermal_displacement.names": "growth,hold"}
 KINDS = ("constant speed", "speed steps")
 
@@ -49,9 +51,8 @@ IDEAL = {  # of the machine: nothing but the blank blurs a contact, and no tool 
     "drive.tooth-ripple": 0,
     "drive.runout-ripple": 0,
 }
-COLUMNS = ["program.learn", "mill.truth-cuts", "mill.truth-cut-growth", "mill.truth-contacts", "mill.truth-contact-operation"]
-COLUMNS += ["mill.truth-contact-growth", "growth.displacement"]
-COLUMNS += [f"{instance}.{pin}" for instance in WAYS.values() for pin in ("z-offset", "contacts-accepted")]
+COLUMNS = [*contacts.COLUMNS, "mill.truth-cut-growth", "mill.truth-contact-operation", "mill.truth-contact-growth"]
+COLUMNS += ["hold.z-offset", "hold.contacts-accepted"]
 
 
 def add_hold(host):
@@ -76,7 +77,7 @@ def draw_speeds(seed, kind, duration):
 
 
 def simulate(seed, speeds, duration, progress):
-    """(errors of each way, errors of the contacts) in um of one run; without speeds, of the measured curve."""
+    """Errors of each way and errors of the contacts, in um, and the contact lines of one run; without speeds, of the measured curve."""
     import plumb
     from plumb_folder import TemporaryFolder
 
@@ -102,32 +103,36 @@ def simulate(seed, speeds, duration, progress):
             host.run(PART)
             if not progress((part + 1) * PART):
                 break
-        column = read_columns(path)
-    return judge(column)
+        return judge(read_columns(path), contacts.reference_sigmas(host))
 
 
-def judge(column):
+def judge(column, references=None):
     """See simulate(); column: name of a pin -> its values."""
-    contacts = np.flatnonzero(np.diff(column["mill.truth-contacts"])) + 1
-    gauge = contacts[column["mill.truth-contact-operation"][contacts] == GAUGE]
+    met = contacts.rises(column["mill.truth-contacts"])
+    gauge = met[column["mill.truth-contact-operation"][met] == GAUGE]
     reference = column["mill.truth-contact-growth"][gauge[column["program.learn"][gauge] > 0][0]]
-    cuts = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
+    rows = contacts.rises(column["mill.truth-cuts"])
+    growth = 1000 * (column["mill.truth-cut-growth"] - reference)
     errors = {}
     for way, instance in WAYS.items():
-        counted = cuts[column[instance + ".contacts-accepted"][cuts - 1] >= 2]
-        growth = column["mill.truth-cut-growth"][counted] - reference
-        errors[way] = 1000 * (column[instance + ".z-offset"][counted - 1] - growth)  # as it was in the work
-    accepted = np.flatnonzero(np.diff(column["growth.contacts-accepted"])) + 1
-    growth = column["mill.truth-contact-growth"][accepted] - reference
-    return errors, 1000 * (column["growth.displacement"][accepted] - growth)
+        counted = rows[column[instance + ".contacts-accepted"][rows - 1] >= 2]
+        offset = 1000 * column[instance + ".z-offset"][counted - 1]  # as it was in the work
+        errors[way] = offset - growth[counted]
+    cuts = contacts.cuts_at(column, counted, errors[APPLIED], offset)
+    lines = contacts.ask_rivals(column, cuts, references or {})
+    errors["none"] = -growth[counted]
+    errors.update((name, contacts.error_of(cuts, name)) for name in SIMPLE)
+    accepted = contacts.rises(column["growth.contacts-accepted"])
+    true = column["mill.truth-contact-growth"][accepted] - reference
+    return errors, 1000 * (column["growth.displacement"][accepted] - true), lines
 
 
 def table(outcomes):
     """Its lines; outcomes: kind -> list of results of simulate()."""
     lines = [f"{'error at the cuts, um':34}{'median rms':>12}{'p90':>8}{'worst':>8}{'p95 of max':>12}{'max':>8}{'max <= 15':>11}"]
     for kind, runs in outcomes.items():
-        for way in WAYS:
-            judged = [errors[way] for errors, _ in runs if errors[way].size]
+        for way in runs[0][0]:
+            judged = [errors[way] for errors, *_ in runs if errors[way].size]
             if not judged:
                 lines.append(f"{kind + ', ' + way:34} not one machine had a cut after a second contact")
                 continue
@@ -156,12 +161,13 @@ def curves(options):
     """The lines of a table of the measured curves."""
     names, units = (options.time, options.growth, options.speed), (options.time_unit, options.growth_unit)
     read = [growth_curves.read_curve(path, names, units) for path in options.curve]
-    outcomes = simulate_all(
-        growth_curves.simulate, [(curve, 0, options.rate) for curve in read], sum(curve.times[-1] for curve in read), place_of(options)
-    )
+    tasks = [(curve, 0, options.rate, options.phase, options.no_speed) for curve in read]
+    outcomes = simulate_all(growth_curves.simulate, tasks, sum(curve.times[-1] for curve in read), place_of(options))
     files = [os.path.basename(path) for path in options.curve]
+    for file, outcome in zip(files, outcomes):
+        contacts.write(options.contacts, os.path.splitext(file)[0], options.phase, outcome.lines)
     lines = [f"{file}: {curve.taken}" for file, curve in zip(files, read)]
-    return [*lines, "", growth_curves.HEAD, *(growth_curves.line(file, outcome) for file, outcome in zip(files, outcomes))]
+    return [*lines, "", growth_curves.HEAD, *(line for pair in zip(files, outcomes) for line in growth_curves.lines(*pair))]
 
 
 def main():
@@ -175,6 +181,9 @@ def main():
     parser.add_argument("--time-unit", choices=growth_curves.SECONDS, help="of that column (default: by name and values)")
     parser.add_argument("--growth-unit", choices=growth_curves.MILLIMETRES, help="of that column (default: by name and values)")
     parser.add_argument("--rate", type=whole(100, 10000), default=1000, metavar="HZ", help="of the thread, with --curve (default: 1000)")
+    parser.add_argument("--phase", type=whole(0, 299), default=0, metavar="S", help="from the start of a curve to the first part (default: 0)")
+    parser.add_argument("--no-speed", action="store_true", help="with --curve: the component does not see the speed of the spindle")
+    contacts.add_option(parser)
     add_place(parser)
     options = parser.parse_args()
     if options.curve:
@@ -186,6 +195,8 @@ def main():
     print(f"{duration_text(options.duration)} on each of {options.seeds} machines, twice; a contact every 5 min\n")
     print("\n".join(table(outcomes)))
     for kind, runs in outcomes.items():
-        contacts = np.concatenate([contacts for _, contacts in runs])
-        print(f"{kind}: {len(contacts)} contacts, their error {rms(contacts):.2f} um (rms)")
+        found = np.concatenate([its for _, its, _ in runs])
+        print(f"{kind}: {len(found)} contacts, their error {rms(found):.2f} um (rms)")
+        for number, (*_, lines) in enumerate(runs):
+            contacts.write(options.contacts, kind, number, lines)
 

@@ -9,151 +9,29 @@ growth.learning-failed was true LEAD s before its end, when the tool was still a
 excluded show the growth and the wear of their tools; the cuts of the other tools have a count of their own.
 """
 
-import dataclasses
-import math
 import os
 import random
 import sys
 
 import numpy as np
 
+from support import contacts, load_events, second_mill
+from support.attacks import ATTACKS, SHIFTS, TEACH, attack_named
 from support.command import add_output, add_place, duration_of, errors_reported, make_writable, new_parser, place_of, whole
 from support.command import written_line
-from support.figures import largest, rms
-from support.mill_machine import every_end_mill_is_a_gauge, start_mill
-from support.recordings import read_columns, write_rows
-from support import load_events, second_mill
+from support.contacts import UNKNOWN, error_of, worse_by
+from support.figures import largest, most_likely, rms
+from support.mill_machine import learn_until_good, run_events, start_mill
+from support.recordings import write_rows
+from support.replay import of_machines
+from support.rivals import SIMPLE
 from support.simulations import duration_text, simulate_all
 
 TARGETS = "simulation_mill"
 EVERY = 0.1  # s between two rows of a recording
-LEAD = 3  # s
-UNKNOWN = 51  # status-code: of the first part after a start
 RATES = (500, 1000, 4000)  # Hz, of the servo thread
 WORSE = 5  # um
 CLEAN = 2  # um, most standard deviation of the reference by a load that is clean
-TEACH = 1800  # s from the start of an attack's run to its begin
-
-ANNOUNCING = ("doubt", "fault", "reference-refused", "learning-failed")
-COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
-COLUMNS += ["mill.applied-offset", "program.learn", "program.cycle", "growth.offset-sigma", "growth.contacts-accepted"]
-COLUMNS += ["growth.contacts", "growth.contacts-rejected", "growth.detail-code"]
-COLUMNS += ["growth.reference-sigma", "growth.z-offset", "growth.status-code", "growth.authority", "growth.gate", *("growth." + pin for pin in ANNOUNCING)]
-
-
-# --- attacks ---
-
-
-def unlink(host, pin, value):
-    """A sensor that is gone: the pin keeps a value."""
-    host.command(f"unlinkp {pin}")
-    host.set(pin, value)
-
-
-def program_event(host, jitter=0.0):
-    """Coolant comes on 1.5 mm above the work, and the load rises as by a cut."""
-    host.set("drive.coolant-load", 6)
-    host.set("program.coolant-height", 1.5)
-    host.set("program.coolant-jitter", jitter)
-
-
-def force(host, number, **values):
-    """The event of that number in every cycle from now on."""
-    for name, value in values.items():
-        host.set("program.event-" + name, value)
-    host.set("program.event", number)
-
-
-CHIP, STOCK, LONGER, OVERRIDE, SPEED_CHANGE = 2, 3, 5, 6, 10
-
-
-def replay(host, height):
-    host.set("mill.growth-replay", height)
-    host.set("mill.use-replay", True)
-
-
-@dataclasses.dataclass
-class Attack:
-    """`prepare(host)` before the learning cycle; `events`: (s since the attack began, function of the host)."""
-
-    name: str
-    prepare: object = lambda host: None
-    events: tuple = ()
-
-
-def steps(times, function):
-    return tuple((time, lambda host, time=time: function(host, time)) for time in times)
-
-
-def chip_after_a_pause():
-    return (
-        (0, lambda host: host.set("program.run", False)),
-        (5400, lambda host: (force(host, CHIP, height=0.04, operation=10), host.set("program.run", True))),
-        (5700, lambda host: host.set("program.event", 0)),
-    )
-
-
-def one_gauge(host):
-    """Operation 40 alone."""
-    host.set("growth.exclude-operation-1", 10)
-
-
-def every_gauge(host):
-    every_end_mill_is_a_gauge(host)
-
-
-def chiller(host):
-    """The spindle's chiller holds its growth at 12 um, then at 17 um at another speed."""
-    host.set("program.sides-speed", 3000)
-    replay(host, 0)
-
-
-def short_filter(host):
-    host.set("drive.lag", 0.02)
-
-
-def stock(height):
-    return ((0, lambda host: force(host, STOCK, height=height)),)
-
-
-ATTACKS = [
-    Attack("none"),
-    Attack("event of the program", program_event),
-    Attack("event of the program, jitter 10 ms", lambda host: program_event(host, 0.01)),
-    Attack("event of the program at one of two tools", lambda host: (every_gauge(host), program_event(host, 0.001), host.set("drive.coolant-load", 3))),
-    Attack("poor reference", lambda host: (host.set("drive.white-noise", 4), host.set("drive.flicker-noise", 2)),
-           ((-TEACH + 290, lambda host: (host.set("drive.white-noise", 0.3), host.set("drive.flicker-noise", 0.1))),)),
-    Attack("load dead at 0", events=((0, lambda host: unlink(host, "growth.load", 0)),)),
-    Attack("load frozen", events=((0, lambda host: unlink(host, "growth.load", 11.3)),)),
-    Attack("load not a number", events=((0, lambda host: unlink(host, "growth.load", float("nan"))),)),
-    Attack("gauge tool 30 um longer", one_gauge, ((0, lambda host: force(host, LONGER, height=0.03, operation=40)),)),
-    Attack("two gauges 37 um apart", every_gauge, ((0, lambda host: force(host, LONGER, height=0.037, operation=40)),)),
-    Attack("sister tool", events=((0, lambda host: unlink(host, "growth.tool-number", 9)),)),
-    Attack("chiller, another speed", chiller,
-           (*steps(range(-1500, 0, 60), lambda host, time: replay(host, 0.012 * (1 - np.exp(-(time + 1500) / 600)))),
-            (0, lambda host: host.set("program.sides-speed", 20000)),
-            *steps(range(0, 3600, 60), lambda host, time: replay(host, 0.012 + 0.005 * (1 - np.exp(-time / 600)))))),
-    Attack("chip after a pause", events=chip_after_a_pause()),
-    Attack("override of 70 % on the only gauge", one_gauge, ((0, lambda host: force(host, OVERRIDE, factor=0.7, operation=40)),)),
-    Attack("speed changes on the approach", one_gauge, ((0, lambda host: force(host, SPEED_CHANGE, factor=0.9, operation=40)),)),
-    Attack("interrupted surface", events=((0, lambda host: host.set("program.blank-repeatability", 0.012)),)),
-    Attack("step of 20 um", every_gauge, (*steps([-900], lambda host, time: replay(host, 0.01)), (0, lambda host: replay(host, 0.03)))),
-]
-
-SHIFTS = [  # of all contacts, on machines that grow by little
-    Attack("the only tool 30 um longer", short_filter, ((0, lambda host: force(host, LONGER, height=0.03, operation=10)),)),
-    Attack("blanks 25 um higher", short_filter, stock(0.025)),
-    Attack("a chamfer, 25 um lower", short_filter, stock(-0.025)),
-    Attack("a fixture 50 um higher", short_filter, stock(0.05)),
-    Attack("15 ms more latency of the load", lambda host: (short_filter(host), host.set("growth.load-latency", 0.015)),
-           ((0, lambda host: host.set("growth.load-latency", 0)),)),
-    Attack("filter of the drive 20 to 50 ms", short_filter, ((0, lambda host: host.set("drive.lag", 0.05)),)),
-]
-
-
-def attack_named(name):
-    return next(attack for attack in ATTACKS + SHIFTS if attack.name == name)
-
 
 DAY = 7200  # s, of a machine with two drawn attacks
 NOTICE = 600  # s that an attack may last before it must be announced: two cycles
@@ -169,38 +47,6 @@ def drawn_attacks(number):
 # --- one run ---
 
 
-CUT = [("error", float), ("worse", float), ("sigma", float), ("announced", bool), ("code", int), ("authority", float), ("known", bool), ("gate", float), ("gauge", bool)]
-
-
-def excluded_operations(host):
-    return {host.get(f"growth.exclude-operation-{index}") for index in range(4)}
-
-
-def find_cuts(column, excluded=()):
-    """The cuts after learning that have a reference cut. `excluded`: operations whose contacts do not count."""
-    rows = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
-    key = list(zip(column["mill.truth-cut-operation"][rows], column["mill.truth-cut-occurrence"][rows]))
-    tip = 1000 * column["mill.truth-cut-error"][rows]
-    learnt = column["program.learn"][rows] > 0
-    reference = {k: error for k, error, of_learning in zip(key, tip, learnt) if of_learning}
-    early = np.maximum(rows - round(LEAD / EVERY), 0)
-    announced = sum(column["growth." + pin][early] for pin in ANNOUNCING) > 0
-    counted = [i for i in range(len(rows)) if not learnt[i] and key[i] in reference]
-    cuts = np.zeros(len(counted), CUT)
-    for cut, i in zip(cuts, counted):
-        offset = 1000 * column["mill.applied-offset"][rows[i] - 1]
-        cut["error"] = tip[i] - reference[key[i]]
-        cut["worse"] = abs(cut["error"]) - abs(cut["error"] - offset)
-        cut["sigma"] = 1000 * column["growth.offset-sigma"][early[i]]
-        cut["announced"] = announced[i]
-        cut["code"] = column["growth.status-code"][early[i]]
-        cut["authority"] = column["growth.authority"][early[i]]
-        cut["gate"] = 1000 * column["growth.gate"][early[i]]
-        cut["gauge"] = column["mill.truth-cut-operation"][rows[i]] not in excluded
-        cut["known"] = column["growth.contacts-accepted"][early[i]] >= 2
-    return cuts, column["program.cycle"][rows[counted]], column["time"][rows[counted]]
-
-
 def record(host, folder, seed, attacks, duration, progress, growth=None, second=False):
     """attacks: pairs of an Attack and the time at which it begins; `second`: a mill of the other structure."""
     path = os.path.join(folder, "recording.csv")
@@ -208,23 +54,13 @@ def record(host, folder, seed, attacks, duration, progress, growth=None, second=
     of_plant = second_mill.prepare(host, seed, (growth or 40) / 1000, duration, folder) if second else []
     if growth is not None and not second:
         host.set("mill.spindle-growth", growth / 1000)
-    host.command("net learn-again growth.learning-failed => program.relearn")  # as an operator who reads the message
+    learn_until_good(host)
     for attack, _ in attacks:
         attack.prepare(host)
-    host.record(path, COLUMNS, EVERY)
-    done = 0
+    host.record(path, contacts.COLUMNS, EVERY)
     events = [*of_plant, *((begin + after, change) for attack, begin in attacks for after, change in attack.events)]
-    for due, change in sorted(events, key=lambda event: event[0]):
-        if due > done and due < duration:
-            host.run(due - done)
-            done = due
-        if due < duration:
-            change(host)
-        if not progress(done):
-            break
-    host.run(duration - done)
-    progress(duration)
-    return read_columns(path)
+    run_events(host, events, duration, progress)
+    return contacts.judge(host, path)
 
 
 UNCERTAIN = (55, 61, 62)  # status-code: the growth is uncertain, or authority holds a part of it back. The panel shows it, without a message
@@ -236,16 +72,16 @@ def simulate_growth(seed, rate, growth, second, duration, progress):
 
 
 def simulate(seed, rate, name, duration, progress, growth=None, second=False):
+    """The cuts, the contact lines, messages, times of a doubt by the status alone, and um of the reference's sigma."""
     import plumb
     from plumb_folder import TemporaryFolder
 
     with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        column = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
-        excluded = excluded_operations(host)
-    cuts, _, times = find_cuts(column, excluded)
-    code = column["growth.status-code"]
+        its = record(host, folder, seed, [(attack_named(name), TEACH)], duration, progress, growth, second)
+    column, code = its.column, its.column["growth.status-code"]
     messages = begins(column["growth.doubt"] * ~np.isin(code, NOTICES) + column["growth.fault"])
-    return cuts, times, messages, begins(column["growth.doubt"] * np.isin(code, UNCERTAIN)), 1000 * column["growth.reference-sigma"][-1]
+    statuses = begins(column["growth.doubt"] * np.isin(code, UNCERTAIN))
+    return its.cuts, its.lines, messages, statuses, 1000 * column["growth.reference-sigma"][-1]
 
 
 def begins(signal):
@@ -254,7 +90,7 @@ def begins(signal):
 
 
 def simulate_shift(seed, rate, name, duration, growth, second, progress):
-    return simulate(seed, rate, name, duration, progress, growth, second)[:2]
+    return simulate(seed, rate, name, duration, progress, growth, second)
 
 
 def simulate_event(seed, rate, name, duration, growth, progress):
@@ -266,20 +102,13 @@ def simulate_event(seed, rate, name, duration, growth, progress):
         path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
         host.set("mill.spindle-growth", growth / 1000)
-        host.command("net learn-again growth.learning-failed => program.relearn")
+        learn_until_good(host)
         event = load_events.event_named(name)
         event.prepare(host)
-        host.record(path, COLUMNS, EVERY)
+        host.record(path, contacts.COLUMNS, EVERY)
         event.run(host, duration, progress)
-        excluded = excluded_operations(host)
-        column = read_columns(path)
-    cuts, cycles, _ = find_cuts(column, excluded)
-    return load_events.judge(column, cuts, cycles)
-
-
-def together(outcomes):
-    """The cuts, and their times, of several machines."""
-    return [np.concatenate(parts) for parts in zip(*outcomes)]
+        its = contacts.judge(host, path)
+    return load_events.judge(its.column, its.cuts), its.lines
 
 
 def simulate_day(number, rate, progress):
@@ -289,13 +118,12 @@ def simulate_day(number, rate, progress):
 
     attacks = drawn_attacks(number)
     with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        column = record(host, folder, 0, attacks, DAY, progress)
+        its = record(host, folder, 0, attacks, DAY, progress)
         most, fastest = host.get("growth.max-offset"), host.get("growth.max-rate")
-    cuts, _, times = find_cuts(column)
-    return broken(column, cuts, times, attacks, most, fastest, number), len(cuts)
+    return broken(its.column, its.cuts, attacks, most, fastest, number), len(its.cuts)
 
 
-def broken(column, cuts, times, attacks, most, fastest, number):
+def broken(column, cuts, attacks, most, fastest, number):
     names = " and ".join(f"{attack.name} at {begin:.0f} s" for attack, begin in attacks)
     offset = column["growth.z-offset"]
     found = []
@@ -304,7 +132,8 @@ def broken(column, cuts, times, attacks, most, fastest, number):
     if largest(np.diff(offset)) > 1.001 * fastest * EVERY:
         found.append(f"day {number}, {names}: an offset that moves by {largest(np.diff(offset)) / EVERY:.4f} mm/s")
     begins = [begin for attack, begin in attacks if attack.events]
-    for cut, time in zip(cuts, times):
+    for cut in cuts:
+        time = cut["time"]
         fresh = any(begin <= time < begin + NOTICE for begin in begins)
         if cut["worse"] > 3 + cut["sigma"] and not cut["announced"] and not fresh:
             found.append(f"day {number}, {names}: a cut at {time:.0f} s is worse by {cut['worse']:.1f} um, and not announced")
@@ -321,32 +150,28 @@ def honest(cuts):
 
 
 def attack_table(attacks, outcomes):
+    """outcomes: the cuts under each attack."""
     width = max(len(attack.name) for attack in attacks)
-    lines = [f"{'from the attack on, um':{width}}{'with':>7}{'without':>9}{'worse by':>10}{'beyond':>8}{'unannounced':>13}  status-codes"]
-    for attack, (cuts, times, *_) in zip(attacks, outcomes):
-        since = cuts[times >= TEACH]
+    ways = "".join(f"{name:>9}" for name in SIMPLE)
+    lines = [
+        f"{'from the attack on, um':{width}}{'rms of the error':>{25 + len(ways)}}{'worse by, at most':>{17 + len(ways)}}",
+        f"{'':{width}}{'with':>7}{'without':>18}{ways}{'with':>17}{ways}{'beyond':>8}{'unannounced':>13}  status-codes",
+    ]
+    for attack, cuts in zip(attacks, outcomes):
+        since = cuts[cuts["time"] >= TEACH]
         if not len(since):  # nothing was learned
             lines.append(f"{attack.name:{width}}  no cut with a reference")
             continue
-        without = np.abs(since["error"]) - since["worse"]
         beyond = since["worse"] - 3 - since["sigma"]
         silent = np.count_nonzero((since["worse"] > 3) & ~since["announced"])
         codes = ",".join(str(code) for code in np.unique(since["code"][since["announced"]]))
+        cells = f"{rms(since['error']):7.1f}{rms(since['error'] - since['offset']):18.1f}" + "".join(f"{rms(error_of(since, way)):9.1f}" for way in SIMPLE)
+        cells += f"{since['worse'].max():17.1f}" + "".join(f"{worse_by(since, way).max():9.1f}" for way in SIMPLE)
         lines.append(
-            f"{attack.name:{width}}{rms(since['error']):7.1f}{rms(without):9.1f}{since['worse'].max():10.1f}"
-            f"{max(beyond.max(), 0):8.1f}{silent:6d} of {len(since):<4d} {np.mean(since['announced']):4.0%} announced; status-codes {codes or '-'}"
+            f"{attack.name:{width}}{cells}{max(beyond.max(), 0):8.1f}{silent:6d} of {len(since):<4d} "
+            f"{np.mean(since['announced']):4.0%} announced; status-codes {codes or '-'}"
         )
     return lines
-
-
-def most_likely(found, of):
-    """Upper 95 % limit of the part of which `found` of so many are a sample (C. J. Clopper and E. S. Pearson, Biometrika 26, 1934)."""
-    low, high = found / of, 1.0
-    for _ in range(60):
-        part = (low + high) / 2
-        terms = [math.lgamma(of + 1) - math.lgamma(k + 1) - math.lgamma(of - k + 1) + k * math.log(part) + (of - k) * math.log1p(-part) for k in range(found + 1)]
-        low, high = (part, high) if sum(math.exp(term) for term in terms) > 0.05 else (low, part)
-    return high
 
 
 def machine_row(cuts, messages, statuses, reference_sigma):
@@ -411,11 +236,19 @@ def clean_line(rows, hours):
     )
 
 
+def kept(options, names, found):
+    """Writes the contact lines of all machines, as --contacts wants; names: a class and a number for each."""
+    for (group, number), lines in zip(names, found):
+        contacts.write(options.contacts, group, number, lines)
+
+
 def report_events(options):
     events, rate = load_events.EVENTS, (options.rate or [1000])[0]
     seeds = range(options.seed, options.seed + options.seeds)
     tasks = [(seed, rate, event.name, options.duration, options.growth or 30) for event in events for seed in seeds]
-    outcomes = simulate_all(simulate_event, tasks, len(tasks) * options.duration, place_of(options))
+    found = simulate_all(simulate_event, tasks, len(tasks) * options.duration, place_of(options))
+    kept(options, [(name, seed) for seed, _, name, *_ in tasks], [lines for _, lines in found])
+    outcomes = [outcome for outcome, _ in found]
     outcomes = [outcomes[i : i + len(seeds)] for i in range(0, len(tasks), len(seeds))]
     clean = [i for i, machine in enumerate(outcomes[0]) if machine.reference_sigma <= CLEAN]
     print(f"{len(seeds)} machines at {rate} Hz that grow by {options.growth or 30} um, {duration_text(options.duration)} each")
@@ -437,6 +270,7 @@ def main():
     parser.add_argument("--growth", type=whole(1, 200), metavar="UM", help="growth of the spindle of each machine (default: drawn, 20 to 70)")
     parser.add_argument("--plant", type=int, choices=(1, 2), default=1, help="2: a mill of another structure (default: 1)")
     parser.add_argument("--for", type=duration_of, default="2h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 2h)")
+    contacts.add_option(parser)
     add_place(parser)
     add_output(parser, "trust")
     options = parser.parse_args()
@@ -450,13 +284,16 @@ def main():
             duration = TEACH + 9000
             tasks = [(0, rate, attack.name, duration) for attack in ATTACKS]
             outcomes = simulate_all(simulate, tasks, len(tasks) * duration, place_of(options))
-            print("\n".join(attack_table(ATTACKS, outcomes)))
+            kept(options, [(attack.name, 0) for attack in ATTACKS], [lines for _, lines, *_ in outcomes])
+            print("\n".join(attack_table(ATTACKS, [cuts for cuts, *_ in outcomes])))
             return
         if options.shifts:
             seeds, rate = range(options.seed, options.seed + options.seeds), (options.rate or [500])[0]
             tasks = [(seed, rate, shift.name, options.duration, options.growth, options.plant == 2) for shift in SHIFTS for seed in seeds]
             outcomes = simulate_all(simulate_shift, tasks, len(tasks) * options.duration, place_of(options))
-            print("\n".join(attack_table(SHIFTS, [together(outcomes[i : i + len(seeds)]) for i in range(0, len(tasks), len(seeds))])))
+            kept(options, [(name, seed) for seed, _, name, *_ in tasks], [lines for _, lines, *_ in outcomes])
+            groups = [outcomes[i : i + len(seeds)] for i in range(0, len(tasks), len(seeds))]
+            print("\n".join(attack_table(SHIFTS, [np.concatenate([cuts for cuts, *_ in machines]) for machines in groups])))
             return
         if options.events:
             report_events(options)
@@ -472,10 +309,13 @@ def main():
         seeds = range(options.seed, options.seed + options.seeds)
         tasks = [(seed, rate, options.growth, options.plant == 2, options.duration) for rate in rates for seed in seeds]
         outcomes = simulate_all(simulate_growth, tasks, len(tasks) * options.duration, place_of(options))
+        kept(options, [(f"{rate} Hz", seed) for seed, rate, *_ in tasks], [lines for _, lines, *_ in outcomes])
         rows = [machine_row(cuts, *found) for cuts, _, *found in outcomes]
         print(f"{duration_text(options.duration)} of milling on each machine\n")
         for i, rate in enumerate(rates):
-            print("\n".join(machine_table(rate, rows[i * len(seeds) : (i + 1) * len(seeds)], options.duration / 3600)))
+            its = slice(i * len(seeds), (i + 1) * len(seeds))
+            print("\n".join(machine_table(rate, rows[its], options.duration / 3600)))
+            print("\n" + "\n".join(of_machines(f"{rate} Hz", [lines for _, lines, *_ in outcomes[its]])))
         path = os.path.join(options.output, "machines.csv")
         write_rows(path, ["rate_hz", "machine", *rows[0]], ([task[1], task[0], *row.values()] for task, row in zip(tasks, rows)))
         print(written_line([path]))

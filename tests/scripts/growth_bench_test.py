@@ -20,6 +20,7 @@ SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 class Judged(unittest.TestCase):
     def setUp(self):
         self.column = {name: np.zeros(8) for name in growth.COLUMNS}
+        self.column["time"] = np.arange(8) * growth.EVERY
         self.column["program.learn"][:3] = 1
         self.column["mill.truth-contact-operation"][:] = GAUGE
         self.column["mill.truth-contacts"] = np.array([0, 1, 1, 2, 3, 3, 3, 3])
@@ -33,14 +34,14 @@ class Judged(unittest.TestCase):
         self.column["hold.z-offset"] = np.array([0, 0, 0, 4, 7, 7, 7, 99]) / 1000
 
     def test_error_is_the_offset_in_the_work_less_the_growth_since_the_reference(self):
-        errors, contacts = growth.judge(self.column)
+        errors, contacts, _ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-1, -0.5])
         np.testing.assert_allclose(errors["hold"], [-1, -3])
         np.testing.assert_allclose(contacts, [0.5, 0])
 
     def test_cuts_before_the_second_accepted_contact_are_not_reported(self):
         self.column["growth.contacts-accepted"][4:6] = 1
-        errors, _ = growth.judge(self.column)
+        errors, *_ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-0.5])
 
     def test_table_is_over_machines(self):
@@ -127,11 +128,11 @@ class Short(unittest.TestCase):
         outcomes = growth.bench(machines, 1, duration, False)
         print("\n" + "\n".join(growth.table(outcomes)), file=sys.stderr)
         for kind in KINDS:
-            for errors, contacts in outcomes[kind]:
+            for errors, contacts, _ in outcomes[kind]:
                 self.assertEqual(len(contacts), duration // 300 - (0 if duration % 300 else 1))
                 self.assertLess(rms(contacts), 3)
                 self.assertLess(largest(errors["by speed"]), 15)
-            size = {way: np.median([rms(errors[way]) for errors, _ in outcomes[kind]]) for way in growth.WAYS}
+            size = {way: np.median([rms(errors[way]) for errors, *_ in outcomes[kind]]) for way in growth.WAYS}
             self.assertLess(size["by speed"], 2.5)
             if kind == "speed steps":
                 self.assertLess(size["by speed"], size["hold"])

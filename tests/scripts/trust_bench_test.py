@@ -7,14 +7,15 @@ import unittest
 import numpy as np
 
 import trust
+from support import attacks, contacts, figures
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
 
 def recording():
     """A reference cut, and two warm ones: each row is LEAD s."""
-    column = {name: np.zeros(6) for name in trust.COLUMNS}
-    column["time"] = np.arange(6) * trust.LEAD
+    column = {name: np.zeros(6) for name in contacts.COLUMNS}
+    column["time"] = np.arange(6) * contacts.LEAD
     column["program.learn"][:2] = 1
     column["mill.truth-cuts"] = np.array([0, 1, 1, 2, 2, 3])
     column["mill.truth-cut-operation"][:] = 10
@@ -28,10 +29,8 @@ def recording():
 
 class Judged(unittest.TestCase):
     def setUp(self):
-        every, trust.EVERY = trust.EVERY, trust.LEAD
-        self.addCleanup(setattr, trust, "EVERY", every)
         self.column = recording()
-        self.cuts, _, self.times = trust.find_cuts(self.column)
+        self.cuts = contacts.find_cuts(self.column)
 
     def test_error_counts_from_the_reference_and_without_is_less_the_offset(self):
         np.testing.assert_allclose(self.cuts["error"], [-10, 30])
@@ -42,7 +41,7 @@ class Judged(unittest.TestCase):
     def test_cuts_of_tools_without_a_gauge_and_doubts_by_the_status_alone_are_counted_apart(self):
         self.column["mill.truth-cut-operation"][:] = 40
         self.column["growth.status-code"] = np.array([0, 0, 0, 0, 62, 0])
-        cuts, *_ = trust.find_cuts(self.column, {40})
+        cuts = contacts.find_cuts(self.column, {40})
         np.testing.assert_array_equal(self.cuts["gauge"], [True, True])
         np.testing.assert_array_equal(cuts["gauge"], [False, False])
         rows = [trust.machine_row(each, 0, 1, 1.0) for each in (self.cuts, cuts)]
@@ -54,11 +53,11 @@ class Judged(unittest.TestCase):
         self.assertIn("in 100 h: 0.0 messages, 50.0 times", lines)
 
     def test_an_upper_limit_falls_as_three_cuts_do(self):
-        self.assertAlmostEqual(trust.most_likely(0, 1500), 1 - 0.05 ** (1 / 1500))
+        self.assertAlmostEqual(figures.most_likely(0, 1500), 1 - 0.05 ** (1 / 1500))
 
     def test_what_is_worse_and_not_announced_is_found(self):
         def found():
-            return trust.broken(self.column, self.cuts, self.times, [(trust.attack_named("load frozen"), -1e6)], 1, 1, 7)
+            return trust.broken(self.column, self.cuts, [(attacks.attack_named("load frozen"), -1e6)], 1, 1, 7)
 
         self.assertEqual(found(), [])
         self.cuts["announced"][1] = False
@@ -75,8 +74,8 @@ class Judged(unittest.TestCase):
 class Attacks(unittest.TestCase):
     def test_a_dead_load_and_a_longer_tool_are_announced_and_make_nothing_worse(self):
         for name, code in (("load frozen", 49), ("two gauges 37 um apart", 56)):
-            cuts, times, *_ = trust.simulate(0, 250, name, trust.TEACH + 1800, lambda done: True)
-            since = cuts[times > trust.TEACH + trust.NOTICE]
+            cuts, *_ = trust.simulate(0, 250, name, attacks.TEACH + 1800, lambda done: True)
+            since = cuts[cuts["time"] > attacks.TEACH + trust.NOTICE]
             self.assertGreater(len(since), 15)
             self.assertIn(code, since["code"], name)
             self.assertTrue(since["announced"].all(), name)

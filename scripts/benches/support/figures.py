@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Figures over many values, and how tables print them."""
 
+import math
+
 import numpy as np
 
 PERCENTILES = {"p10": 10, "p50": 50, "p90": 90, "worst": 100}
@@ -12,6 +14,18 @@ def rms(values):
 
 def largest(values):
     return np.max(np.abs(values)) if len(values) else np.nan
+
+
+def most_likely(found, of):
+    """Upper 95 % limit of the part of which `found` of so many are a sample (C. J. Clopper and E. S. Pearson, Biometrika 26, 1934)."""
+    if found == of:
+        return 1.0
+    low, high = found / of, 1.0
+    for _ in range(60):
+        part = (low + high) / 2
+        terms = [math.lgamma(of + 1) - math.lgamma(k + 1) - math.lgamma(of - k + 1) + k * math.log(part) + (of - k) * math.log1p(-part) for k in range(found + 1)]
+        low, high = (part, high) if sum(math.exp(term) for term in terms) > 0.05 else (low, part)
+    return high
 
 
 def percentile_lines(title, rows, width, cell, name_width):

@@ -13,20 +13,19 @@ import os
 import numpy as np
 
 from support.figures import largest, rms
-from support.mill_machine import start_mill
-from support.recordings import read_columns, write_rows
+from support.mill_machine import begin_at, replay_growth, run_events, start_mill, unlink
+from support.rivals import SIMPLE
+from support import contacts
 
 GAUGE = 10  # operation
 EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer
-LEAD = 3  # s before the end of a cut at which a doubt announces it
 TIMES, GROWTHS, SPEEDS = ("time", "t"), ("growth", "displacement", "z"), ("speed", "rpm", "s", "n")
 SECONDS = {"s": 1, "min": 60, "h": 3600}
 MILLIMETRES = {"um": 1e-3, "mm": 1}
 SHORT = 2400  # s: no curve of growth is shorter, so these are minutes
 
-COLUMNS = ["mill.truth-cuts", "mill.truth-cut-error", "mill.truth-cut-operation", "mill.truth-cut-occurrence"]
-COLUMNS += ["mill.truth-contacts", "mill.truth-contact-operation", "mill.truth-contact-growth", "mill.applied-offset"]
-COLUMNS += ["program.learn", "growth.doubt", "growth.status-code", "growth.fault", "growth.reference-refused", "growth.growth-known"]
+REPLAYED = ["time", "mill.growth-replay", "program.sides-speed"]
+COLUMNS = [*contacts.COLUMNS, "mill.truth-contact-operation", "mill.truth-contact-growth"]
 
 
 @dataclasses.dataclass
@@ -77,57 +76,44 @@ def _unit(name, units):
     return last if last in units and last != name.lower() else None
 
 
-def simulate(curve, seed, rate, progress):
-    """The recording of a mill with this growth."""
+def simulate(curve, seed, rate, phase, blind, progress):
+    """The Outcome of a mill with this growth, whose first part begins `phase` s after its start. `blind`: to the spindle's speed."""
     import plumb
     from plumb_folder import TemporaryFolder
 
     with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / rate)}) as host:
-        replayed, path = os.path.join(folder, "curve.csv"), os.path.join(folder, "recording.csv")
-        rows = zip(curve.times, curve.growth, curve.speeds)
-        write_rows(replayed, ["time", "mill.growth-replay", "program.sides-speed"], rows)
+        path = os.path.join(folder, "recording.csv")
         start_mill(host, seed)
-        host.set("mill.use-replay", True)
-        host.replay(replayed)
+        replay_growth(host, folder, curve.times, curve.growth, curve.speeds)
+        event = begin_at(host, phase)
+        if blind:
+            unlink(host, "growth.spindle-speed-cmd", 0)
         host.record(path, COLUMNS, EVERY)
-        host.run(curve.times[-1], progress)
-        return judge(read_columns(path))
+        run_events(host, [event], curve.times[-1], progress)
+        return judge(contacts.judge(host, path))
 
 
 @dataclasses.dataclass
 class Outcome:
-    without: np.ndarray  # um, at the cuts
-    with_it: np.ndarray
-    holding: np.ndarray
-    codes: np.ndarray  # status-code of a doubt before each cut, 0 for none
-    known: np.ndarray  # before each cut
+    cuts: np.ndarray  # of type contacts.CUT
+    holding: np.ndarray  # um, the error of each
     hours: float
     messages: int
+    lines: list  # of the contacts
 
 
-def judge(column):
-    cuts = np.flatnonzero(np.diff(column["mill.truth-cuts"])) + 1
-    contacts = np.flatnonzero(np.diff(column["mill.truth-contacts"])) + 1
-    learnt = column["program.learn"] > 0
-    tip = 1000 * column["mill.truth-cut-error"][cuts]
-    key = list(zip(column["mill.truth-cut-operation"][cuts], column["mill.truth-cut-occurrence"][cuts]))
-    reference = {k: error for k, error, row in zip(key, tip, cuts) if learnt[row]}
-    gauge = contacts[column["mill.truth-contact-operation"][contacts] == GAUGE]
+def judge(judged):
+    column, cuts = judged.column, judged.cuts
+    met = contacts.rises(column["mill.truth-contacts"])
+    gauge = met[column["mill.truth-contact-operation"][met] == GAUGE]
     growth = 1000 * column["mill.truth-contact-growth"]
-    zero = np.mean(growth[gauge[learnt[gauge]]])
-    counted = [i for i in range(len(cuts)) if not learnt[cuts[i]] and key[i] in reference]
-    error = np.array([tip[i] - reference[key[i]] for i in counted])
-    rows = cuts[counted]
-    without = error - 1000 * column["mill.applied-offset"][rows - 1]
-    own = contacts[np.searchsorted(contacts, rows, side="right") - 1]  # the contact of this cut
+    zero = np.mean(growth[gauge[column["program.learn"][gauge] > 0]])
+    own = met[np.searchsorted(column["time"][met], cuts["time"], side="right") - 1]  # the contact of this cut
     before = gauge[np.maximum(np.searchsorted(gauge, own, side="left") - 1, 0)]
-    early = np.maximum(rows - round(LEAD / EVERY), 0)
-    refused = column["growth.fault"] + column["growth.reference-refused"] > 0
-    codes = np.where(refused + column["growth.doubt"] > 0, column["growth.status-code"], 0)
-    told = codes != 0
+    told = sum(column["growth." + pin] for pin in contacts.ANNOUNCING) > 0
     return Outcome(
-        without, error, without + growth[before] - zero, codes[early], column["growth.growth-known"][early] > 0,
-        column["time"][-1] / 3600, int(np.count_nonzero(np.diff(told.astype(int)) > 0)),
+        cuts, contacts.error_of(cuts) - cuts["offset"] + growth[before] - zero, column["time"][-1] / 3600,
+        int(np.count_nonzero(np.diff(told.astype(int)) > 0)), judged.lines,
     )  # fmt: skip
 
 
@@ -135,15 +121,23 @@ def removed(errors, without):
     return 1 - rms(errors) / rms(without)
 
 
-def line(name, outcome):
-    worse = np.abs(outcome.with_it) - np.abs(outcome.without)
-    told = outcome.codes != 0
-    codes = " ".join(f"{code:.0f}: {np.mean(outcome.codes == code):.0%}" for code in np.unique(outcome.codes[told]))
-    return (
-        f"{name:24}{len(worse):6d}{rms(outcome.without):9.1f}{rms(outcome.with_it):7.1f}{removed(outcome.with_it, outcome.without):10.1%}"
-        f"{removed(outcome.holding, outcome.without):10.1%}{np.mean(told):8.1%}{outcome.messages:6d}"
-        f"{np.count_nonzero(worse > 5):7d}{np.count_nonzero((worse > 5) & ~told):7d}{largest(outcome.with_it):8.1f}  {codes}"
-    )
+def lines(name, outcome):
+    """The row of the component, and one of each rival."""
+    cuts = outcome.cuts
+    without, told = cuts["error"] - cuts["offset"], cuts["announced"]
+    codes = " ".join(f"{code}: {np.mean(told & (cuts['code'] == code)):.0%}" for code in np.unique(cuts["code"][told]))
+    found = []
+    for way in (None, *SIMPLE):
+        error, worse = contacts.error_of(cuts, way), contacts.worse_by(cuts, way) > 5
+        figures = f"{rms(error):7.1f}{removed(error, without):10.1%}"
+        if way:
+            found.append(f"  {way:37}{figures}{'':24}{np.count_nonzero(worse):7d}{'':7}{largest(error):8.1f}")
+        else:
+            found.append(
+                f"{name:24}{len(cuts):6d}{rms(without):9.1f}{figures}{removed(outcome.holding, without):10.1%}{np.mean(told):8.1%}"
+                f"{outcome.messages:6d}{np.count_nonzero(worse):7d}{np.count_nonzero(worse & ~told):7d}{largest(error):8.1f}  {codes}"
+            )
+    return found
 
 
 HEAD = f"{'um':24}{'cuts':>6}{'without':>9}{'with':>7}{'removed':>10}{'holding':>10}{'told':>8}{'mess.':>6}{'> 5':>7}{'silent':>7}{'max':>8}  codes told"

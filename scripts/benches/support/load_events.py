@@ -11,7 +11,9 @@ import dataclasses
 
 import numpy as np
 
+from support.contacts import error_of
 from support.figures import largest
+from support.rivals import SIMPLE
 
 FEED = 2.0  # mm/s, of the approach on every machine
 GAIN = 30.0  # 1/s, of the position loop: it lags behind its command by feed / gain
@@ -110,10 +112,9 @@ def event_named(name):
 
 @dataclasses.dataclass
 class Outcome:
-    """Of one machine. `cuts`: of the tools whose contacts count, as trust.CUT, and the cycle of each."""
+    """Of one machine. `cuts`: of the tools whose contacts count, as contacts.CUT."""
 
     cuts: np.ndarray
-    cycles: np.ndarray
     learnt: int  # the last cycle that was to be learned from
     refused: bool  # nothing was learned from the first cycle, and the component reported it
     contacts: int  # after learning
@@ -121,7 +122,7 @@ class Outcome:
     reference_sigma: float  # um
 
 
-def judge(column, cuts, cycles):
+def judge(column, cuts):
     """The Outcome of a recording whose cuts these are."""
     time = column["time"]
     refused = np.any(column["growth.learning-failed"][time < LEARN + CYCLE - 1] > 0)
@@ -132,7 +133,7 @@ def judge(column, cuts, cycles):
     found = {int(code): int(rejected[codes == code].sum()) for code in np.unique(codes[rejected > 0])}
     contacts = int(column["growth.contacts"][-1] - column["growth.contacts"][since])
     counted = cuts["gauge"]
-    return Outcome(cuts[counted], cycles[counted], int(column["program.cycle"][since]), bool(refused), contacts, found,
+    return Outcome(cuts[counted], int(column["program.cycle"][since]), bool(refused), contacts, found,
                    1000 * column["growth.reference-sigma"][-1])  # fmt: skip
 
 
@@ -144,8 +145,9 @@ def caused(machine, healthy):
     return abs(machine.cuts["error"] - healthy.cuts["error"])[silent]
 
 
-HEAD = f"{'first cycle':>15}{'error of all cuts':>19}{'silent':>8}{'caused in silent cuts':>23}{'within':>9}{'rejected':>10}"
-UNITS = f"{'refused':>15}{'median':>10}{'worst':>9}{'':>8}{'median':>14}{'worst':>9}{'2 sigma':>9}{'contacts':>10}"
+WAYS = ("with", "none", *SIMPLE)
+HEAD = f"{'first cycle':>15}{'error of all cuts, median and worst':>{15 * len(WAYS)}}{'silent':>8}{'caused in silent cuts':>23}{'within':>9}{'rejected':>10}"
+UNITS = f"{'refused':>15}{''.join(f'{way:>15}' for way in WAYS)}{'':>8}{'median':>14}{'worst':>9}{'2 sigma':>9}{'contacts':>10}"
 
 
 def table(events, outcomes):
@@ -160,9 +162,10 @@ def table(events, outcomes):
             rejections.update(machine.rejections)
         differ = np.concatenate([caused(*pair) for pair in zip(machines, outcomes[0])])
         known = cuts[cuts["known"]]
-        errors = abs(cuts["error"])
+        errors = [abs(its) for its in (cuts["error"], cuts["error"] - cuts["offset"], *(error_of(cuts, way) for way in SIMPLE))]
         cells = [f"{sum(machine.refused for machine in machines)} of {len(machines)}".rjust(15)]
-        cells += [f"{middle(errors):10.1f}{largest(errors):9.1f}", f"{np.mean(~cuts['announced']):8.0%}" if len(cuts) else f"{'-':>8}"]
+        cells += [f"{middle(its):8.1f}{largest(its):7.1f}" for its in errors]
+        cells += [f"{np.mean(~cuts['announced']):8.0%}" if len(cuts) else f"{'-':>8}"]
         cells += [f"{middle(differ):14.1f}{largest(differ):9.1f}", f"{np.mean(abs(known['error']) <= 2 * known['sigma']) if len(known) else np.nan:9.0%}"]
         cells += [f"{sum(rejections.values()) / max(contacts, 1):10.1%}"]
         codes = ", ".join(f"{code}: {count}" for code, count in sorted(rejections.items()))

@@ -4,12 +4,11 @@
 The front bearing warms within minutes and pulls the tip back; the housing warms within hours and pushes it out; the shop's air swings.
 """
 
-import os
 import random
 
 import numpy as np
 
-from support.recordings import write_rows
+from support.mill_machine import replay_growth
 
 PART, CUTTING, PART_SPEED = 300, 60, 5000  # s, s, rpm: a part, and the speed while it is cut
 JITTER = 10  # s between two sample times
@@ -45,11 +44,7 @@ def prepare(host, seed, size, duration, folder):
     """Puts this growth and load in the place of sim_mill's and sim_drive_load's. Returns events: (time, function of the host)."""
     draw = random.Random(f"second load {seed}")
     speed = speeds(seed, duration)
-    path = os.path.join(folder, "growth.csv")
-    rows = list(zip(range(len(speed)), growth(seed, size, speed), speed))
-    write_rows(path, ["time", "mill.growth-replay", "program.sides-speed"], rows)
-    host.set("mill.use-replay", True)
-    host.replay(path)
+    replay_growth(host, folder, range(len(speed)), growth(seed, size, speed), speed)
     for line in ("loadrt biquad names=resonance", "loadrt limit1 names=clip", "unlinkp growth.load", "net load => resonance.in",
                  "net ringing resonance.out => clip.in", "net clipped clip.out => growth.load"):  # fmt: skip
         host.command(line)
