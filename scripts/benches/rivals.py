@@ -17,6 +17,7 @@ TARGETS = "simulation_mill"
 def main():
     parser = new_parser("rivals", __doc__)
     parser.add_argument("files", nargs="*", metavar="FILE", help="recorded contacts; without one, days are drawn")
+    parser.add_argument("--each", action="store_true", help="a row for each FILE, in the place of a table for each folder")
     parser.add_argument("--days", nargs="+", choices=contact_days.DAYS, default=list(contact_days.DAYS), metavar="NAME", help="only these: " + ", ".join(contact_days.DAYS))
     parser.add_argument("--seeds", type=whole(1, 100000), default=20, metavar="N", help="drawn machines for each day (default: 20)")
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
@@ -26,7 +27,7 @@ def main():
     options = parser.parse_args()
     with errors_reported():
         if options.files:
-            print("\n".join(of_files(options.files)))
+            print("\n".join(of_files(options.files, options.each)))
             return
         seeds = range(options.seed, options.seed + options.seeds)
         tasks = [(name, seed, options.phase) for name in options.days for seed in seeds]

@@ -10,7 +10,7 @@ import numpy as np
 import growth
 from growth import GAUGE, KINDS
 from plumb_folder import TemporaryFolder
-from support import growth_curves
+from support import contacts, growth_curves
 from support.figures import largest, rms
 from support.growth_tests import PLAN, run_test
 
@@ -20,7 +20,7 @@ SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 class Judged(unittest.TestCase):
     def setUp(self):
         self.column = {name: np.zeros(8) for name in growth.COLUMNS}
-        self.column["time"] = np.arange(8) * growth.EVERY
+        self.column["time"] = np.arange(8) * 10.0
         self.column["program.learn"][:3] = 1
         self.column["mill.truth-contact-operation"][:] = GAUGE
         self.column["mill.truth-contacts"] = np.array([0, 1, 1, 2, 3, 3, 3, 3])
@@ -29,15 +29,23 @@ class Judged(unittest.TestCase):
         self.column["mill.truth-cut-growth"] = np.array([0, 0, 1, 1, 1, 9, 9, 11]) / 1000
         for instance in ("growth", "hold"):
             self.column[instance + ".contacts-accepted"] = np.array([0, 0, 0, 1, 2, 2, 2, 2])
+        self.column["growth.contacts"] = np.array([0, 0, 0, 1, 2, 2, 2, 2])
         self.column["growth.displacement"] = np.array([0, 0, 0, 4.5, 7, 7, 7, 7]) / 1000
         self.column["growth.z-offset"] = np.array([0, 0, 0, 4, 7, 8, 9.5, 99]) / 1000
         self.column["hold.z-offset"] = np.array([0, 0, 0, 4, 7, 7, 7, 99]) / 1000
 
     def test_error_is_the_offset_in_the_work_less_the_growth_since_the_reference(self):
-        errors, contacts, _ = growth.judge(self.column)
+        errors, found, _ = growth.judge(self.column)
         np.testing.assert_allclose(errors["by speed"], [-1, -0.5])
         np.testing.assert_allclose(errors["hold"], [-1, -3])
-        np.testing.assert_allclose(contacts, [0.5, 0])
+        np.testing.assert_allclose(found, [0.5, 0])
+
+    def test_the_rivals_are_judged_at_the_same_cuts(self):
+        errors, _, lines = growth.judge(self.column)
+        np.testing.assert_allclose(errors["none"], [-8, -10])
+        np.testing.assert_allclose(errors["Hold"], [-8 + 7, -10 + 7])  # by the last contact
+        self.assertEqual(set(errors), {"hold", "by speed", "none", "Hold", "Simple3"})
+        self.assertEqual([line.split()[0] for line in lines if not line.startswith(("speed", "part"))], ["contact", "contact", "cut", "cut"])
 
     def test_cuts_before_the_second_accepted_contact_are_not_reported(self):
         self.column["growth.contacts-accepted"][4:6] = 1
@@ -91,6 +99,15 @@ class Curves(unittest.TestCase):
             with self.assertRaisesRegex(OSError, reason):
                 self.read(bad)
 
+    def test_a_rival_has_a_row_below_that_of_the_component(self):
+        cuts = np.zeros(2, contacts.CUT)
+        cuts["error"], cuts["offset"], cuts["Hold"], cuts["Simple3"] = [-1, 8], [9, 18], [10, 10], [-6, 10]  # 10 um without compensation
+        cuts["announced"], cuts["code"] = [True, False], 55
+        rows = growth_curves.lines("curve.csv", growth_curves.Outcome(cuts, np.array([1.0, 1.0]), 2.0, 1, []))
+        self.assertEqual(rows[0].split(), "curve.csv 2 10.0 5.7 43.0% 90.0% 50.0% 1 0 0 8.0 55: 50%".split())
+        self.assertEqual(rows[1].split(), "Hold 0.0 100.0% 0 0.0".split())
+        self.assertEqual(rows[2].split(), "Simple3 11.3 -13.1% 1 16.0".split())
+
     def test_part_removed_is_of_the_rms(self):
         self.assertAlmostEqual(growth_curves.removed(np.array([1, -1]), np.array([10, 10])), 0.9)
 
@@ -128,9 +145,9 @@ class Short(unittest.TestCase):
         outcomes = growth.bench(machines, 1, duration, False)
         print("\n" + "\n".join(growth.table(outcomes)), file=sys.stderr)
         for kind in KINDS:
-            for errors, contacts, _ in outcomes[kind]:
-                self.assertEqual(len(contacts), duration // 300 - (0 if duration % 300 else 1))
-                self.assertLess(rms(contacts), 3)
+            for errors, found, _ in outcomes[kind]:
+                self.assertEqual(len(found), duration // 300 - (0 if duration % 300 else 1))
+                self.assertLess(rms(found), 3)
                 self.assertLess(largest(errors["by speed"]), 15)
             size = {way: np.median([rms(errors[way]) for errors, *_ in outcomes[kind]]) for way in growth.WAYS}
             self.assertLess(size["by speed"], 2.5)

@@ -200,6 +200,14 @@ class Table(unittest.TestCase):
             with self.assertRaisesRegex(RuntimeError, "growth_replay: no reference"):
                 self.rows([GOOD], program=program("echo no reference >&2; exit 1"))
 
+    def test_each_file_can_have_a_row_of_its_own(self):
+        with TemporaryFolder() as folder:
+            contacts.write(folder, "good days", 7, GOOD)
+            contacts.write(folder, "good days", 8, ["part 1 1"])
+            lines = replay.of_files([os.path.join(folder, "good-days", name) for name in ("7.txt", "8.txt")], each=True)
+        self.assertEqual(len(lines), 2, "a machine that learned nothing removes nothing")
+        self.assertRegex(lines[1], r"^good-days/7\.txt +3 +8\.2 +2\.0% \(1\) .* 37\.0% \(0\)$")
+
     def test_machines_that_learned_nothing_are_counted(self):
         self.assertEqual(replay.of_machines("class", [["part 1 1"]]), ["class: 1 machines learned nothing"])
         self.assertIn("class: 1 machines, 3 cuts", replay.of_machines("class", [["part 1 1"], GOOD]))

@@ -52,6 +52,12 @@ class Judged(unittest.TestCase):
         self.assertIn("50.0% after the first part, 25.0% by the panel's status alone", lines)
         self.assertIn("in 100 h: 0.0 messages, 50.0 times", lines)
 
+    def test_the_rivals_stand_in_the_row_of_an_attack(self):
+        self.cuts["time"] += attacks.TEACH
+        self.cuts["Hold"], self.cuts["Simple3"] = [30, 10], [0, 1]  # um; 30 and 10 would make them right
+        row = trust.attack_table([attacks.Attack("an attack")], [self.cuts])[-1]
+        self.assertEqual(row.split()[2:9], ["22.4", "22.4", "0.0", "22.1", "20.0", "-10.0", "0.0"])
+
     def test_an_upper_limit_falls_as_three_cuts_do(self):
         self.assertAlmostEqual(figures.most_likely(0, 1500), 1 - 0.05 ** (1 / 1500))
 

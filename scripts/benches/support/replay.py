@@ -114,17 +114,40 @@ def table(name, machines):
     return lines
 
 
+def removed(machine, way):
+    """Part of the rms error that this way removes."""
+    return 1 - rms(errors(machine, way)) / rms(machine.needed)
+
+
+def each_machine(machines):
+    """The lines of a table with a row for each of the Machines, by name: the part that each way removes, and the cuts more than WORSE um worse."""
+    width = max(map(len, machines)) + 2
+    ways = [way for way in next(iter(machines.values())).answers if way != "none"]
+    lines = [f"{f'removed (> {WORSE} um worse)':{width}}{'cuts':>7}{'none, um':>10}" + "".join(f"{way:>22}" for way in ways)]
+    for name, machine in machines.items():
+        cells = "".join(f"{f'{removed(machine, way):.1%} ({np.count_nonzero(worse(machine, way) > WORSE)})':>22}" for way in ways)
+        lines.append(f"{name:{width}}{len(machine.needed):7d}{rms(machine.needed):10.1f}{cells}")
+    return lines
+
+
+def the_program():
+    return FILTER if os.access(FILTER, os.X_OK) else None
+
+
 def of_machines(name, found):
     """The lines of the table of a class; found: the contact lines of each machine."""
-    program = FILTER if os.access(FILTER, os.X_OK) else None
-    machines = [machine for machine in (replayed(lines, program) for lines in found) if len(machine.needed)]
+    machines = [machine for machine in (replayed(lines, the_program()) for lines in found) if len(machine.needed)]
     silent = [f"{name}: {len(found) - len(machines)} machines learned nothing"] if len(machines) < len(found) else []
     return silent + (table(name, machines) if machines else [])
 
 
-def of_files(paths):
-    """The lines of the tables of contact files: those of one folder are a class."""
+def of_files(paths, each=False):
+    """The lines of the tables of contact files: those of one folder are a class. `each`: one table with a row for each file."""
+    names = {path: os.path.abspath(path).split(os.sep)[-2:] for path in paths}
+    if each:
+        machines = {"/".join(names[path]): replayed(read(path), the_program()) for path in paths}
+        return each_machine({name: machine for name, machine in machines.items() if len(machine.needed)})
     classes = {}
     for path in paths:
-        classes.setdefault(os.path.basename(os.path.dirname(os.path.abspath(path))), []).append(read(path))
+        classes.setdefault(names[path][0], []).append(read(path))
     return [line for name, found in classes.items() for line in (*of_machines(name, found), "")]
