@@ -22,6 +22,7 @@ def main():
     parser.add_argument("--seeds", type=whole(1, 100000), default=20, metavar="N", help="drawn machines for each day (default: 20)")
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--phase", type=whole(0, 299), metavar="S", help="from the start of a day to its first part (default: drawn)")
+    parser.add_argument("--typical", action="store_true", help="what happens is drawn, but it happens on the typical machine")
     contacts.add_option(parser)
     add_place(parser)
     options = parser.parse_args()
@@ -30,9 +31,10 @@ def main():
             print("\n".join(of_files(options.files, options.each)))
             return
         seeds = range(options.seed, options.seed + options.seeds)
-        tasks = [(name, seed, options.phase) for name in options.days for seed in seeds]
+        tasks = [(name, seed, options.phase, options.typical) for name in options.days for seed in seeds]
         found = simulate_all(contact_days.simulate, tasks, sum(contact_days.DAYS[name][0] for name, *_ in tasks), place_of(options))
-        for (name, seed, _), lines in zip(tasks, found):
-            contacts.write(options.contacts, name, seed, lines)
+        of_class = ("typical-" if options.typical else "") + "{}"
+        for (name, seed, *_), lines in zip(tasks, found):
+            contacts.write(options.contacts, of_class.format(name), seed, lines)
         for i, name in enumerate(options.days):
-            print("\n".join(of_machines(name, found[i * len(seeds) : (i + 1) * len(seeds)])) + "\n")
+            print("\n".join(of_machines(of_class.format(name), found[i * len(seeds) : (i + 1) * len(seeds)])) + "\n")

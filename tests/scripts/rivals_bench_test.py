@@ -276,7 +276,8 @@ class Simulated(unittest.TestCase):
         self.assertLess(abs(found[0] - found[1]).max(), 0.5)
 
     def test_another_latency_shifts_contacts_in_proportion_to_their_feed(self):
-        its = self.contacts_of(contact_days.simulate("latency-5", 501, 0, lambda done: True))
+        its = self.contacts_of(contact_days.simulate("latency-5", 501, 0, True, lambda done: True))
+        self.assertLess(np.median(its[:, 5]), 1, "the load of the typical machine is clean")
         moved = {}
         for key in np.unique(its[:, 1]):
             of_key = its[its[:, 1] == key]
@@ -287,6 +288,22 @@ class Simulated(unittest.TestCase):
         self.assertAlmostEqual(slow / fast, 0.6, delta=0.01)
         self.assertGreater(abs(far), 10)
         self.assertAlmostEqual(near / far, 0.6, delta=0.1)
+
+    def test_in_a_night_the_contacts_step_and_the_cuts_only_if_it_is_growth(self):
+        for truth, expected in (("stock", 0), ("growth", -25)):
+            lines = contact_days.simulate(f"night-{truth}-25", 3, 0, True, lambda done: done < 6000)
+            shown = self.contacts_of(lines)
+            shown = shown[shown[:, 1] == 1001]
+            stepped = np.argmin(np.diff(shown[:, 4]))
+            self.assertAlmostEqual(shown[stepped + 1, 4] - shown[stepped, 4], -25, delta=5, msg=truth)
+            cuts = np.array([tuple(map(float, line.split()[1:3])) for line in lines if line.startswith("cut")])
+            before, after = (cuts[abs(cuts[:, 0] - time) < 100, 1] for time in shown[stepped : stepped + 2, 0])
+            self.assertAlmostEqual(np.median(after) - np.median(before), expected, delta=3, msg=truth)
+
+    def test_a_component_without_the_speed_sees_one_that_never_changes(self):
+        lines = contact_days.simulate("nospeed", 3, 0, True, lambda done: done < 1200)
+        self.assertEqual(len([line for line in lines if line.startswith("speed")]), 1)
+        self.assertGreater(len(self.contacts_of(lines)), 2)
 
 
 if __name__ == "__main__":

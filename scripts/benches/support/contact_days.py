@@ -181,8 +181,11 @@ DAYS = all_days()
 # --- run ---
 
 
-def simulate(name, seed, phase, progress):
-    """The contact lines of a day; phase in s, None: drawn. The plants have none: their heat follows their parts."""
+def simulate(name, seed, phase, typical, progress):
+    """The contact lines of a day; phase in s, None: drawn. The plants have none: their heat follows their parts.
+
+    `typical`: program, mill and drive are those of the typical machine, whose load is clean. What happens is drawn all the same.
+    """
     import plumb
     from plumb_folder import TemporaryFolder
 
@@ -190,7 +193,7 @@ def simulate(name, seed, phase, progress):
     with TemporaryFolder() as folder, plumb.Host(options={"threads.period1": round(1e9 / RATE)}) as host:
         path = os.path.join(folder, "recording.csv")
         day = Day(name, seed, duration, folder, 0 if name.startswith("plant") else phase)
-        start_mill(host, seed)
+        start_mill(host, 0 if typical else seed)
         learn_until_good(host)
         events = [begin_at(host, day.phase), *prepare(host, day)]
         host.record(path, contacts.COLUMNS, EVERY)
