@@ -16,7 +16,7 @@ from support.rivals import Both, Hold, Simple3, answers
 
 SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
-# What each answered a second later, when it was measured in September 2026: the offset of Hold, and offset, sigma and told of Simple3 and Both.
+# What each answers a second later, computed once: the offset of Hold; offset, sigma and told of Simple3 and of Both.
 ALL_MOVE_AND_GO_BACK = (  # after a chip
     ("speed 0 0",),
     ("speed 3 5000",),
@@ -51,7 +51,7 @@ ONE_TOOL_MOVES = (
     ("contact 1240 4001 4 5 31.2 1", 1.2, (0, 2.92998, 4), (0, 2.92998, 4)),
 )
 
-# Of 30 drawn_day(): the sums of the offsets and of the sigmas in um, and how often 4 and 6 were told.
+# Computed once, of 30 drawn_day(): the sums of the offsets and of the sigmas in um, and how often 4 and 6 were told.
 DRAWN_DAYS = {Hold: (29513.4210, 14400.0000, 0, 0), Simple3: (19404.5097, 21782.1663, 5103, 738), Both: (15358.1252, 31786.6953, 5103, 738)}
 
 
