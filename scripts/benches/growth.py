@@ -159,15 +159,18 @@ def bench(count, first, duration, measured, place=None):
 
 def curves(options):
     """The lines of a table of the measured curves."""
-    names, units = (options.time, options.growth, options.speed), (options.time_unit, options.growth_unit)
-    read = [growth_curves.read_curve(path, names, units) for path in options.curve]
-    tasks = [(curve, 0, options.rate, options.phase, options.no_speed) for curve in read]
-    outcomes = simulate_all(growth_curves.simulate, tasks, sum(curve.times[-1] for curve in read), place_of(options))
-    files = [os.path.basename(path) for path in options.curve]
-    for file, outcome in zip(files, outcomes):
-        contacts.write(options.contacts, os.path.splitext(file)[0], options.phase, outcome.lines)
-    lines = [f"{file}: {curve.taken}" for file, curve in zip(files, read)]
-    return [*lines, "", growth_curves.HEAD, *(line for pair in zip(files, outcomes) for line in growth_curves.lines(*pair))]
+    columns, units = (options.time, options.growth, options.speed), (options.time_unit, options.growth_unit)
+    read = [growth_curves.read_curve(path, columns, units) for path in options.curve]
+    names = [os.path.basename(path) for path in options.curve]
+    phases = options.phase or [0]
+    tasks = [(curve, 0, options.rate, phase, options.no_speed) for curve in read for phase in phases]
+    outcomes = simulate_all(growth_curves.simulate, tasks, sum(curve.times[-1] for curve, *_ in tasks), place_of(options))
+    runs = [(name, phase) for name in names for phase in phases]
+    lines = [f"{name}: {curve.taken}" for name, curve in zip(names, read)] + ["", growth_curves.HEAD]
+    for (name, phase), outcome in zip(runs, outcomes):
+        contacts.write(options.contacts, os.path.splitext(name)[0], phase, outcome.lines)
+        lines += growth_curves.lines(f"{name}, {phase} s" if options.phase else name, outcome)
+    return lines
 
 
 def main():
@@ -181,7 +184,7 @@ def main():
     parser.add_argument("--time-unit", choices=growth_curves.SECONDS, help="of that column (default: by name and values)")
     parser.add_argument("--growth-unit", choices=growth_curves.MILLIMETRES, help="of that column (default: by name and values)")
     parser.add_argument("--rate", type=whole(100, 10000), default=1000, metavar="HZ", help="of the thread, with --curve (default: 1000)")
-    parser.add_argument("--phase", type=whole(0, 299), default=0, metavar="S", help="from the start of a curve to the first part (default: 0)")
+    parser.add_argument("--phase", type=whole(0, 299), action="append", metavar="S", help="from the start of a curve to the first part; may be repeated (default: 0)")
     parser.add_argument("--no-speed", action="store_true", help="with --curve: the component does not see the speed of the spindle")
     contacts.add_option(parser)
     add_place(parser)

@@ -162,7 +162,7 @@ def write(folder, group, number, lines):
     """FOLDER/GROUP/NUMBER.txt; without a folder nothing."""
     if not folder:
         return
-    group = "-".join("".join(letter if letter.isalnum() or letter in "+-" else " " for letter in group).split())
+    group = "-".join("".join(letter if letter.isalnum() or letter in "+-_" else " " for letter in group).split())
     os.makedirs(os.path.join(folder, group), exist_ok=True)
     with open(os.path.join(folder, group, f"{number}.txt"), "w", encoding="ascii") as file:
         file.write("".join(line + "\n" for line in lines))

@@ -131,13 +131,13 @@ def lines(name, outcome):
         error, worse = contacts.error_of(cuts, way), contacts.worse_by(cuts, way) > 5
         figures = f"{rms(error):7.1f}{removed(error, without):10.1%}"
         if way:
-            found.append(f"  {way:37}{figures}{'':24}{np.count_nonzero(worse):7d}{'':7}{largest(error):8.1f}")
+            found.append(f"  {way:45}{figures}{'':24}{np.count_nonzero(worse):7d}{'':7}{largest(error):8.1f}")
         else:
             found.append(
-                f"{name:24}{len(cuts):6d}{rms(without):9.1f}{figures}{removed(outcome.holding, without):10.1%}{np.mean(told):8.1%}"
+                f"{name:32}{len(cuts):6d}{rms(without):9.1f}{figures}{removed(outcome.holding, without):10.1%}{np.mean(told):8.1%}"
                 f"{outcome.messages:6d}{np.count_nonzero(worse):7d}{np.count_nonzero(worse & ~told):7d}{largest(error):8.1f}  {codes}"
             )
     return found
 
 
-HEAD = f"{'um':24}{'cuts':>6}{'without':>9}{'with':>7}{'removed':>10}{'holding':>10}{'told':>8}{'mess.':>6}{'> 5':>7}{'silent':>7}{'max':>8}  codes told"
+HEAD = f"{'um':32}{'cuts':>6}{'without':>9}{'with':>7}{'removed':>10}{'holding':>10}{'told':>8}{'mess.':>6}{'> 5':>7}{'silent':>7}{'max':>8}  codes told"
