@@ -11,7 +11,7 @@ from support.command import add_place, errors_reported, new_parser, place_of, wh
 from support.replay import of_files, of_machines
 from support.simulations import simulate_all
 
-TARGETS = "simulation_mill"
+TARGETS = "simulation_mill growth_replay"
 
 
 def main():

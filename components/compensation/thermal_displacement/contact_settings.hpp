@@ -82,14 +82,20 @@ struct ContactSettings : hal::Group {
                            "mu",
                            "Largest distance of a contact from its reference, in this operation.",
                            hal::expert(lengths)};
-    hal::In<double> max_growth_rate{this,
-                                    "max-growth-rate",
-                                    0.0002,
-                                    "mu/s",
-                                    "Fastest growth to expect.",
-                                    hal::machine(growth_rates)};
-    hal::In<double> gate_floor{this, "gate-floor", 0.015, "mu", "Change of the growth that matters; a third of it does no harm.", hal::must(lengths)};
-    hal::In<double> gate_cap{this, "gate-cap", 0.06, "mu", "Largest change of the growth to expect between two contacts.", hal::machine(lengths)};
+    hal::In<double> max_growth_rate{this,   "max-growth-rate",           0.0002,
+                                    "mu/s", "Fastest growth to expect.", hal::machine(growth_rates)};
+    hal::In<double> gate_floor{this,
+                               "gate-floor",
+                               0.015,
+                               "mu",
+                               "Change of the growth that matters; 0.3 of it does no harm.",
+                               hal::must(lengths)};
+    hal::In<double> gate_cap{this,
+                             "gate-cap",
+                             0.06,
+                             "mu",
+                             "Largest change of the growth to expect between two contacts.",
+                             hal::machine(lengths)};
     hal::In<double> max_correction{this,
                                    "max-correction",
                                    0.1,

@@ -60,7 +60,7 @@ public:
         double repeatability = 0.001;       // mu, standard deviation of a contact by seat and blank
         double temperature_growth = 0.003;  // mu/K, about
         double max_growth_rate = 0.0002;    // mu/s
-        double floor = 0.015;               // mu, a third of which is harmless to the work
+        double floor = 0.015;               // mu, 0.3 of which is harmless to the work
         double cap = 0.06;                  // mu, largest move between two contacts
         double max_correction = 0.1;        // mu, from the last accepted contact
         double hold_time = 1800;       // s without a contact that counted; from then on the offset goes to 0
@@ -575,7 +575,7 @@ private:
     // The farthest offset of the sign of a growth g that makes a cut worse by `harm` in one of 700 only. Up
     // to `harm` no harm is noticeable; there g must be larger than its own uncertainty.
     static double reach(double g, double sigma, const Settings& s) noexcept {
-        const double harm = s.floor / 3, size = std::abs(g);
+        const double harm = 0.3 * s.floor, size = std::abs(g);
         return std::max(harm + 2 * (size - rare * sigma), harm * std::clamp(size / sigma - 1, 0.0, 1.0));
     }
     static double safe(double g, double sigma, const Settings& s) noexcept {

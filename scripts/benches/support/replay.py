@@ -11,7 +11,7 @@ from support.figures import most_likely, rms
 from support.rivals import ANSWER, SIMPLE, Both, answers
 from support.simulations import BUILD
 
-FILTER = os.path.join(BUILD, "bench", "growth_replay")  # an estimator in the making: a file to its stdin, "OFFSET SIGMA TOLD" of each cut from it
+FILTER = os.path.join(BUILD, "bench", "growth_replay")  # the filter as it is now: a file to its stdin, "OFFSET SIGMA TOLD" of each cut from it
 COMPONENT = "thermal_displacement"
 RIVALS = {**SIMPLE, "Both": Both}
 WORSE = 5  # um
