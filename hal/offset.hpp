@@ -32,14 +32,14 @@ public:
     }
 
     // |offset| never grows beyond this setting.
-    MovingPin& bound(const In<double>& pin) { return set(info_.bound, pin.name()); }
+    MovingPin& bound(const Pin<double>& pin) { return set(info_.bound, pin.name()); }
     // Apart from motion, the offset changes by at most this setting per second.
-    MovingPin& rate(const In<double>& pin) { return set(info_.rate, pin.name()); }
+    MovingPin& rate(const Pin<double>& pin) { return set(info_.rate, pin.name()); }
     // True while the offset is kept from its wanted value.
     MovingPin& limited(const Out<bool>& pin) { return set(info_.limited, pin.name()); }
     // The rate itself changes by at most this setting per second, or so many times it, at the bound too. A
     // bound below the present offset is refused.
-    MovingPin& acceleration(const In<double>& pin, double times = 1) {
+    MovingPin& acceleration(const Pin<double>& pin, double times = 1) {
         info_.times = times;
         return set(info_.acceleration, pin.name());
     }
@@ -60,7 +60,7 @@ public:
 
     // Where motion turns, the offset may change besides: by at most the first setting per second, and its
     // rate by at most the second one. Optional.
-    MovingPin& turning(const In<double>& rate, const In<double>& acceleration) {
+    MovingPin& turning(const Pin<double>& rate, const Pin<double>& acceleration) {
         info_.turning_rate = rate.name();
         info_.turning_acceleration = acceleration.name();
         return *this;
