@@ -1,19 +1,237 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// Where an axis turns, and whether it follows as it did. DeadPointMeter measures a turn, MeasuredPhase the
+// phase between turns, SlipWatch judges the scale. DeadPointWatch compares with the command, and learns.
 #pragma once
 
+#include "components/math/blocks/pi.hpp"
 #include "components/math/oscillation/dead_point_learning.hpp"
-#include "components/math/oscillation/dead_point_meter.hpp"
 #include "components/math/oscillation/lag_model.hpp"
-#include "components/math/oscillation/oscillation_leg.hpp"
 #include "components/math/oscillation/shown_acceleration.hpp"
-#include "components/math/oscillation/slip_watch.hpp"
+#include "components/math/oscillation/stroke_plan.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace plumb {
+
+// The farthest position of an axis around a reversal: the vertex of the parabola through the farthest sample
+// and its neighbours.
+class DeadPointMeter {
+public:
+    // Begins to look for the end of a motion upward or downward.
+    void begin(bool upward) noexcept {
+        sign_ = upward ? 1 : -1;
+        samples_ = 0;
+        after_ = false;
+    }
+
+    void step(double position) noexcept {
+        const double y = sign_ * position;
+        if (samples_ == 0 || y > top_) {
+            before_top_ = samples_ > 0 ? last_ : y;
+            top_ = y;
+            after_ = false;
+        } else if (!after_) {
+            after_top_ = y;
+            after_ = true;
+        }
+        last_ = y;
+        if (samples_ < 1000000) ++samples_;
+    }
+
+    bool found() const noexcept { return after_ && samples_ >= 3; }  // the axis has turned
+
+    // Requires found().
+    double position() const noexcept {
+        const double bend = before_top_ - 2 * top_ + after_top_, slope = after_top_ - before_top_;
+        return sign_ * (bend < 0 ? top_ - slope * slope / (8 * bend) : top_);
+    }
+
+private:
+    double sign_ = 1, top_ = 0, before_top_ = 0, after_top_ = 0, last_ = 0;
+    int samples_ = 0;
+    bool after_ = false;
+};
+
+// The phase of an axis that follows planned strokes, by its measured position: 0 at its own lower dead point,
+// pi at its own upper one. An axis with a lag turns later than its command, and short of it or beyond.
+//
+// A stroke begins where the axis turned. It ends as far from its commanded end as the last stroke of its
+// direction did. The axis turns where it comes back after the command has turned, by 1e-4 of the stroke: the
+// phase stands meanwhile, for 1.2 degrees. So neither noise of a scale nor an axis that swings at a hold
+// changes the direction.
+class MeasuredPhase {
+public:
+    // A motion begins; the axis rests.
+    void begin(double measured) noexcept {
+        farthest_ = measured;
+        turned_ = false;
+    }
+
+    // The plan is that of the command now.
+    void step(double measured, const StrokePlan& plan) noexcept {
+        if (!(plan.shape().stroke() > 0)) return;  // none has run
+        const double sign = upward_ ? 1 : -1;
+        if (sign * (measured - farthest_) > 0) farthest_ = measured;
+        bool turns = plan.upward() != upward_;
+        if (turns && sign * (farthest_ - measured) > least_return * plan.shape().stroke()) {
+            turn(measured, plan);
+            turns = false;
+        }
+        if (!turns) follow(plan);
+        if (ends_[0] < ends_[1])
+            phase_ = Reciprocation{ends_[0], ends_[1], 1}.phase(turns ? farthest_ : measured, upward_);
+    }
+
+    double phase() const noexcept { return phase_ < 2 * pi ? phase_ : 0; }  // rad, 0 to 2 pi
+
+private:
+    void turn(double measured, const StrokePlan& plan) noexcept {
+        if (turned_) beyond_[upward_] = farthest_ - to_;
+        begin_ = farthest_;
+        commanded_begin_ = plan.from();
+        turned_ = true;
+        upward_ = !upward_;
+        farthest_ = measured;
+    }
+
+    // The ends of the plan, as far as the axis is to reach them.
+    void follow(const StrokePlan& plan) noexcept {
+        to_ = plan.to();
+        const Reciprocation& shape = plan.shape();
+        ends_[0] = shape.lower;
+        ends_[1] = shape.upper;
+        ends_[upward_] += beyond_[upward_];
+        if (turned_ && plan.from() == commanded_begin_ && ends_[!upward_] == commanded_begin_)
+            ends_[!upward_] = begin_;
+    }
+
+    static constexpr double least_return = 1e-4;  // of the stroke
+
+    double ends_[2] = {0, 0};    // mu, lower and upper
+    double beyond_[2] = {0, 0};  // mu, of the axis beyond the end of its command, where it last turned
+    double to_ = 0;              // mu, commanded end of the present stroke
+    double begin_ = 0, commanded_begin_ = 0, farthest_ = 0;
+    double phase_ = 0;
+    bool upward_ = true, turned_ = false;  // since begin()
+};
+
+// Whether a scale slips on an axis that strokes. A slip is a way of one period alone, d: larger than the ways
+// d1 and d2 of the periods before and after it, or smaller than both.
+//
+//     spike = min(|d - d1|, |d - d2|)        if both differences have one sign, else 0
+//
+// A slip s gives s. An acceleration a changes the way by a T^2 in the same direction in each period, and a
+// scale that stops changes it once: both give none. Steps q of the scale give 2 q at most. The largest spike
+// of the strokes before, times a reserve, is the smallest slip that it finds. It finds one also where the
+// position loop closes on this scale: that takes the jump away, and moves the load by it.
+//
+// With the encoder of the motor, the mean difference of both readings over two strokes finds a slower one:
+// friction and backlash change it by as much upward as downward.
+class SlipWatch {
+public:
+    // Of a period; mu, mu/s2.
+    struct Sample {
+        double measured = 0, motor = 0;
+        double acceleration = 0;  // the largest of the stroke
+    };
+
+    void forget() noexcept { *this = {}; }
+
+    // The readings before say nothing about the next one.
+    void pause() noexcept {
+        count_ = 0;
+        suspects_ = false;
+    }
+    // The scale has another origin.
+    void accept() noexcept {
+        pause();
+        means_ = {};
+        last_ = difference_ = none;
+    }
+
+    // A stroke begins. True if the scale has slipped against the motor by more than `least`.
+    bool stroke(double least) noexcept {
+        strokes_ = std::min(strokes_ + 1, 1000);
+        seen_ *= 0.9;
+        const Means now = std::exchange(means_, {});
+        const bool netted = now.samples > 20 && now.motor() > 0.5 * now.scale();
+        const double before = std::exchange(last_, netted ? now.sum / now.samples : none);
+        if (!netted || before == none) {
+            difference_ = none;
+            return false;
+        }
+        const double difference = (before + last_) / 2;
+        if (difference_ == none) difference_ = difference;
+        const double change = difference - difference_;
+        difference_ += std::clamp(change, -least / 20, least / 20);  // heat
+        return std::abs(change) > least;
+    }
+
+    // One period of a stroke. True if the scale has slipped by more than least().
+    bool step(const Sample& now, double floor) noexcept {
+        means_.add(now.measured, now.motor);
+        const auto [x1, x2, x3] = past_;
+        const double way = x1 - x2, up = way - (x2 - x3), down = way - (now.measured - x1);
+        const double spike = up * down > 0 ? std::min(std::abs(up), std::abs(down)) : 0;
+        past_ = {now.measured, x1, x2};
+        suspects_ = count_ >= 2 && strokes_ >= first && std::abs(down) > least_;
+        if (count_ < past_.size()) {
+            ++count_;
+            return false;
+        }
+        least_ = reserve * seen_ * std::max(now.acceleration / hardest_, 1.0) + floor;
+        const bool slips = strokes_ >= first && spike > least_;
+        if (slips) {
+            count_ = 0;
+            suspects_ = false;
+            return true;
+        }
+        hardest_ = std::max(hardest_, now.acceleration);
+        seen_ = std::max(seen_, spike);
+        return false;
+    }
+
+    double least() const noexcept { return least_; }  // mu
+    // The last way may be a slip, which the next one decides.
+    bool suspects() const noexcept { return suspects_; }
+
+private:
+    struct Means {
+        double sum = 0, samples = 0;
+        double low[2] = {far, far}, high[2] = {-far, -far};
+
+        void add(double measured, double motor) noexcept {
+            const double its[2] = {measured, motor};
+            for (std::size_t i = 0; i < 2; ++i) {
+                low[i] = std::min(low[i], its[i]);
+                high[i] = std::max(high[i], its[i]);
+            }
+            sum += measured - motor;
+            ++samples;
+        }
+        double scale() const noexcept { return high[0] - low[0]; }
+        double motor() const noexcept { return high[1] - low[1]; }
+    };
+
+    static constexpr double far = 1e9, none = 1e12;
+    static constexpr double reserve = 3;  // above the largest spike before
+    static constexpr int first = 4;       // strokes that show what an axis does
+
+    std::array<double, 3> past_{};
+    std::size_t count_ = 0;
+    bool suspects_ = false;
+    int strokes_ = 0;
+    double seen_ = 0, least_ = 0;  // mu
+    double hardest_ = std::numeric_limits<double>::min();
+    Means means_;
+    double last_ = none, difference_ = none;  // mu, scale minus motor: of the last stroke; before any slip
+};
 
 // Watches the axis in each period: its lag, the acceleration that it shows, and its dead points. Compares
 // them with the command, and learns from them.
@@ -45,8 +263,13 @@ public:
         double hardest = 0;               // mu/s2, of the stroke
     };
 
-    DeadPointLearning& learning() noexcept { return learning_; }
     const DeadPointLearning& learning() const noexcept { return learning_; }
+    // Each call counts as a change of all that it permits and corrects.
+    DeadPointLearning& change_learning() noexcept {
+        ++changes_;
+        return learning_;
+    }
+    std::uint32_t changes() const noexcept { return changes_; }
 
     // A motion begins.
     void begin() noexcept {
@@ -67,7 +290,7 @@ public:
     void accept() noexcept { slip_.accept(); }
     // The axis or its scale is another one.
     void forget() noexcept {
-        learning_.forget();
+        change_learning().forget();
         slip_.forget();
     }
 
@@ -82,7 +305,7 @@ public:
         bool slips = turned && slip_.stroke(2 * least);
         slips |= slip_.step({now.measured, now.motor, now.hardest}, least / 5);
         if (slips && present.learns) {
-            learning_.slipped();
+            change_learning().slipped();
             return Event::slips;
         }
         if (turned) {
@@ -96,8 +319,8 @@ public:
         }
         Event event = lag(now, present);
         if (shown_.step(now.command, now.measured) && present.without_override &&
-            now.speed == present.speed && learning_.shown(!now.upward, shown_.commanded(), shown_.done()) &&
-            event == Event::none)
+            now.speed == present.speed &&
+            change_learning().shown(!now.upward, shown_.commanded(), shown_.done()) && event == Event::none)
             event = Event::corrected;
         if (now.second_half && (!metering_ || now.upward != upward_)) {
             const Event its = metering_ ? evaluate(upward_, now.length, present) : Event::none;
@@ -153,7 +376,7 @@ private:
         if (late <= most && std::min(-rest, -lag - largest) <= most) return Event::none;
         lag_.begin();
         if (!rises) return Event::lags;
-        learning_.fall_behind();
+        change_learning().fall_behind();
         return Event::falls_behind;
     }
 
@@ -168,8 +391,8 @@ private:
         lag_.judge(std::abs(error_[upper]) <= learning_.most_beyond());
         const double crank = its.turning * its.length / (2 * its.speed * its.speed);
         if (its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper])
-            learning_.turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
-                             error_[upper] - its.offset);
+            change_learning().turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
+                                     error_[upper] - its.offset);
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;
@@ -177,8 +400,8 @@ private:
             return Event::none;
         if (its.braking != learning_.braking() || !learning_.has(upper, its.bound, its.opposite, its.learned))
             return Event::none;
-        switch (learning_.measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
-                                   {its.length, leaving})) {
+        switch (change_learning().measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
+                                           {its.length, leaving})) {
             case Verdict::passed: return Event::beyond;
             case Verdict::beyond: lag_.begin(); return Event::beyond;
             case Verdict::slips: return Event::slips;
@@ -187,6 +410,7 @@ private:
     }
 
     DeadPointLearning learning_;
+    std::uint32_t changes_ = 0;  // of learning_
     DeadPointMeter meter_;
     LagModel lag_;
     ShownAcceleration shown_;

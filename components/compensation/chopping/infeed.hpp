@@ -3,6 +3,7 @@
 
 #include "components/math/blocks/trapezoidal_move.hpp"
 #include "components/math/blocks/usable.hpp"
+#include "hal/settings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,16 +26,42 @@ namespace plumb {
 class Infeed {
 public:
     enum Place : std::int32_t { nowhere, lower, upper, both };  // a dead point is a bit
+    static constexpr double farthest = 1e6;
+    static constexpr hal::Range lengths{0, farthest};
 
-    struct Settings {
-        double amount = 0;             // a stroke, by its sign inward
-        double total = 0;              // from the start; 0: no infeed
-        std::int32_t clear = nowhere;  // the dead points that are clear of the work
-        std::int32_t at = nowhere;     // those that the program chose; nowhere: all that are clear
-        double most_amount = 0, most = 0, rate = 1, acceleration = 1;
-        double lowest = 0, highest = 0, taper = 1;  // soft limits, and the distance from them, in offsets
-        double tolerance = 0, clearance = 0;
-        bool in_range = false;
+    struct Settings : hal::Settings {
+        using hal::Settings::Settings;
+
+        double amount = pin(amount, "infeed-amount", 0, "mu",
+                            "Infeed at a dead point; its sign is the direction inward, 0 is none.",
+                            hal::machine({-farthest, farthest}));
+        double total = pin(total, "infeed-total", 0, "mu",
+                           "Infeed from the start; spark-out strokes and the end of the strokes follow it.",
+                           hal::machine(lengths));
+        std::int32_t clear = pin(clear, "infeed-clear", nowhere,
+                                 "The dead points at which the wheel is clear of the work, and the infeed "
+                                 "acts: 0 none, 1 lower, 2 upper, 3 both.",
+                                 hal::machine({nowhere, both}));
+        double most_amount = pin(most_amount, "infeed-max-amount", 0.05, "mu",
+                                 "Largest infeed at a dead point.", hal::machine(lengths));
+        double most =
+            pin(most, "infeed-max-offset", 1, "mu", "Largest infeed from the start.", hal::machine(lengths));
+        double rate = pin(rate, "infeed-max-rate", 1, "mu/s", "Largest speed of the infeed.",
+                          hal::machine({1e-3, 1e6}));
+        double acceleration = pin(acceleration, "infeed-max-accel", 50, "mu/s2",
+                                  "Largest acceleration of the infeed.", hal::machine({1e-3, 1e9}));
+        double lowest = pin(lowest, "infeed-min-limit", 0, "mu", "Lower soft limit of this joint.",
+                            hal::must({-farthest, farthest}));
+        double highest = pin(highest, "infeed-max-limit", 0, "mu", "Upper soft limit of this joint.",
+                             hal::must({-farthest, farthest}));
+        double tolerance =
+            pin(tolerance, "infeed-tolerance", 0.002, "mu",
+                "The stroke goes on when this joint is as near to its position.", hal::machine(lengths));
+        double clearance =
+            pin(clearance, "infeed-clearance", 0.1, "mu",
+                "A start after machine off first takes back so much of the infeed.", hal::machine(lengths));
+        std::int32_t at = nowhere;  // dead points that the program chose; nowhere: all that are clear
+        double taper = 1;           // distance from the soft limits, in offsets
 
         bool wanted() const noexcept { return amount != 0 && total != 0; }
         std::int32_t places() const noexcept { return at == nowhere ? clear : at & clear; }
@@ -91,7 +118,7 @@ public:
 private:
     enum class Visit { none, due, feeds };  // of a dead point
 
-    static constexpr double farthest = 1e6, nothing = 1e-6;
+    static constexpr double nothing = 1e-6;
     static constexpr double patience = 0.5;  // s
 
     bool feeds() const noexcept { return visit_ == Visit::feeds; }

@@ -1,13 +1,92 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// A motion from its start to its rest, and the command of the axis in it:
+//
+// 1. Oscillation plans strokes and gives a position in each period.
+// 2. JerkLimit is the mean of its last positions, LeadingCommand adds the lead.
+// 3. StrokeMotion decides by orders: stroke, stop, hold, return to point R, or leave the work.
 #pragma once
 
-#include "components/compensation/chopping/leading_command.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 
 namespace plumb {
+
+// The mean of the last samples of a motion. It stays within the positions, speeds and accelerations of the
+// motion, and its jerk is at most 2 a / T: a the largest acceleration, T the time of the samples. A reversal
+// with the acceleration a ends short by a T^2 / 24.
+class JerkLimit {
+public:
+    static constexpr std::size_t most = 128;  // samples
+
+    // At rest at a position, with another number of samples, 1 to `most`.
+    void reset(double position, std::size_t count) noexcept {
+        count_ = count;
+        samples_.fill(position);
+        newest_ = 0;
+        origin_ = position;
+        sum_ = fresh_ = 0;
+        settled_ = count;
+        value_ = position;
+    }
+
+    double step(double position) noexcept {
+        const double last = samples_[newest_];
+        newest_ = newest_ + 1 < count_ ? newest_ + 1 : 0;
+        sum_ += position - samples_[newest_];
+        fresh_ += position - origin_;
+        samples_[newest_] = position;
+        // The sum of all samples, without the rounding of the sums before it.
+        if (newest_ == 0) {
+            sum_ = fresh_;
+            fresh_ = 0;
+        }
+        settled_ = position == last ? settled_ + (settled_ < count_) : 1;
+        return value_ = settled_ >= count_ ? position : origin_ + sum_ / static_cast<double>(count_);
+    }
+
+    double value() const noexcept { return value_; }
+    bool settled() const noexcept { return settled_ >= count_; }  // all samples are the same
+
+private:
+    std::array<double, most> samples_{};
+    std::size_t count_ = 1, newest_ = 0, settled_ = 1;
+    double origin_ = 0, sum_ = 0, fresh_ = 0;  // sums are of distances from the origin
+    double value_ = 0;
+};
+
+// The command of a stroke: its positions with a limited jerk, ahead by the lead times their velocity.
+class LeadingCommand {
+public:
+    // At rest at a position, mu, with the samples that limit the jerk.
+    void begin(double position, std::size_t samples) noexcept {
+        jerk_.reset(position, samples);
+        position_ = position;
+        velocity_ = 0;
+    }
+
+    // The lead is in s.
+    void step(double position, double lead, double dt) noexcept {
+        const double before = jerk_.value(), velocity_before = velocity_;
+        velocity_ = (jerk_.step(position) - before) / dt;
+        acceleration_ = (velocity_ - velocity_before) / dt;
+        position_ = jerk_.value() + lead * velocity_;
+    }
+
+    void rest() noexcept { velocity_ = acceleration_ = 0; }
+
+    double position() const noexcept { return position_; }          // mu
+    double mean() const noexcept { return jerk_.value(); }          // mu, without the lead
+    double velocity() const noexcept { return velocity_; }          // mu/s, without the lead
+    double acceleration() const noexcept { return acceleration_; }  // mu/s2, without the lead
+    bool settled() const noexcept { return jerk_.settled(); }
+
+private:
+    JerkLimit jerk_;
+    double position_ = 0, velocity_ = 0, acceleration_ = 0;
+};
 
 // A motion from its start to its rest: strokes, a stop, or a return to the end position, point R. A stop is
 // not taken back. A return begins when strokes are not permitted any more or by an order, and only a failure,
@@ -32,6 +111,7 @@ public:
         Stop hold = Stop::none;           // at_once, dead_point or end_position
         Stop usual = Stop::end_position;  // if it does not run
         bool stands = false;              // at once, also on a return
+        bool changed = true;              // the settings, since the last period
     };
 
     void start(const Settings& settings, double place, const Command& command) noexcept {
@@ -63,7 +143,7 @@ public:
               const Learned& learned) noexcept {
         if (state_ == State::rest) return command_.rest();
         obey(now, settings);
-        oscillation_.set(settings);
+        if (now.changed) oscillation_.set(settings);
         const Stop hold = passes_hold_ || forbidden_ ? Stop::none : now.hold;
         oscillation_.step(dt, now.stands ? Stop::at_once : hold, nodes, learned);
         command_.step(oscillation_.position(), its_.lead, dt);

@@ -1,19 +1,97 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+// Watches the measured motion, in this order: the following error, the phase, the dead point that the command
+// has reached (cycle time, speed for a set cycle time), the end of a way to point R, the dead points.
 #pragma once
 
 #include "components/compensation/chopping/chopping_codes.hpp"
-#include "components/compensation/chopping/cycle_clock.hpp"
 #include "components/compensation/chopping/dead_point_watch.hpp"
-#include "components/compensation/chopping/end_watch.hpp"
-#include "components/compensation/chopping/stroke_in_force.hpp"
 #include "components/compensation/chopping/stroke_motion.hpp"
-#include "components/math/oscillation/measured_phase.hpp"
+#include "components/compensation/chopping/stroke_settings.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace plumb {
+
+// The time of a cycle, and a pulse at each dead point.
+class CycleClock {
+public:
+    void begin() noexcept { since_lower_ = -1; }
+
+    void step(double dt) noexcept {
+        for (double& left : pulse_left_) left = std::max(left - dt, 0.0);
+        if (since_lower_ >= 0) since_lower_ += dt;
+    }
+
+    static constexpr double pulse_time = 0.02;  // s, which a PLC with a scan of 10 ms sees
+
+    // A dead point, with or without infeed.
+    void arrive(bool upper, bool infeed) noexcept {
+        pulse_left_[upper] = infeed ? pulse_time : 0;
+        if (upper) return;
+        if (since_lower_ >= 0) time_ = since_lower_;
+        since_lower_ = 0;
+    }
+
+    double time() const noexcept { return time_; }  // s, of the last cycle
+    bool pulse(bool upper) const noexcept { return pulse_left_[upper] > 0; }
+
+private:
+    double time_ = 0, since_lower_ = -1;  // s; negative before the first lower dead point
+    double pulse_left_[2] = {0, 0};
+};
+
+// Watches how far an axis goes beyond the end of a way to the end position, until it stands there.
+class EndWatch {
+public:
+    // Of a period. `to` counts on the way; all positions are in mu.
+    struct Now {
+        bool closes = false;  // the command is on the way
+        double from = 0, to = 0, commanded = 0, measured = 0;
+    };
+
+    // True once, when beyond() is known: the axis stands, or its command leaves the end before.
+    bool step(const Now& now, double dt) noexcept {
+        if (now.closes) return follow(now);
+        if (!watches_) return false;
+        look(now.measured);
+        const bool there = std::abs(now.commanded - to_) <= nothing;
+        arrived_ |= there;
+        left_ -= dt;
+        if (left_ > 0 && (there || !arrived_)) return false;
+        watches_ = false;
+        return arrived_;
+    }
+
+    double beyond() const noexcept { return std::max(farthest_, 0.0); }  // mu, of the last way
+
+private:
+    bool follow(const Now& now) noexcept {
+        if (!watches_ || now.from != from_ || now.to != to_) {
+            watches_ = true;
+            arrived_ = false;
+            from_ = now.from;
+            to_ = now.to;
+            farthest_ = -std::numeric_limits<double>::infinity();
+        }
+        left_ = settling;
+        look(now.measured);
+        return false;
+    }
+
+    void look(double measured) noexcept {
+        farthest_ = std::max(farthest_, to_ > from_ ? measured - to_ : to_ - measured);
+    }
+
+    static constexpr double settling = 0.5;  // s, after the command
+    static constexpr double nothing = 1e-6;  // mu
+
+    bool watches_ = false, arrived_ = false;
+    double from_ = 0, to_ = 0, farthest_ = 0, left_ = 0;
+};
 
 // Watches the measured motion: the following error, the dead points, which learning corrects, the phase and
 // the time of a cycle.
@@ -43,9 +121,9 @@ public:
     // A stroke begins, or has other settings.
     void select(const StrokeInForce& in_force) noexcept {
         if (in_force.values().learn)
-            learning().select(in_force.learned_stroke(), in_force.learning());
+            change_learning().select(in_force.learned_stroke(), in_force.learning());
         else
-            learning().open();
+            change_learning().open();
     }
     // A person has looked at the scale that slipped.
     void accept() noexcept {
@@ -61,7 +139,7 @@ public:
 
     Findings step(const Seen& seen, const StrokeMotion& motion, StrokeInForce& in_force, double dt) noexcept {
         Findings found;
-        const StrokeValues& values = in_force.values();
+        const StrokeSettings& values = in_force.values();
         if (motion.moves() && seen.measurable && values.max_following_error > 0 &&
             std::abs(seen.measured - last_commanded_) > values.max_following_error)
             found = {Fault::following, true, false};
@@ -75,12 +153,12 @@ public:
     }
 
     // The part of the speed that learning permits.
-    double part(const StrokeValues& values) const noexcept {
+    double part(const StrokeSettings& values) const noexcept {
         return values.learn ? learning().speed_factor() : 1;
     }
 
     // One that lasts. `blind` if it moves and cannot be measured.
-    Fault fault(const StrokeValues& values, bool blind) const noexcept {
+    Fault fault(const StrokeSettings& values, bool blind) const noexcept {
         if (!values.learn) return Fault::none;
         const DeadPointLearning& its = learning();
         return blind                                           ? Fault::feedback
@@ -95,7 +173,8 @@ public:
     // The stroke is held until the axis, which fell behind, rests.
     bool recovers() const noexcept { return recovery_ > 0; }
 
-    DeadPointLearning& learning() noexcept { return watch_.learning(); }
+    DeadPointLearning& change_learning() noexcept { return watch_.change_learning(); }
+    std::uint32_t changes() const noexcept { return watch_.changes(); }  // of learning
     const DeadPointLearning& learning() const noexcept { return watch_.learning(); }
     const DeadPointWatch& dead_points() const noexcept { return watch_; }
     const MeasuredPhase& phase() const noexcept { return phase_; }
@@ -121,7 +200,8 @@ private:
         const Oscillation& oscillation = motion.oscillation();
         const EndWatch::Now now{motion.moves() && oscillation.closing(), oscillation.plan().from(),
                                 oscillation.plan().to(), seen.commanded, seen.measured};
-        if (end_.step(now, dt) && learns && learning().ended(end_.beyond()) && found.fault == Fault::none)
+        if (end_.step(now, dt) && learns && change_learning().ended(end_.beyond()) &&
+            found.fault == Fault::none)
             found.fault = Fault::passed_end;
     }
 
@@ -135,7 +215,7 @@ private:
             watch_.pause();
             return;
         }
-        const StrokeValues& values = in_force.values();
+        const StrokeSettings& values = in_force.values();
         const LeadingCommand& command = motion.leading();
         const DeadPointWatch::Sample now{seen.measured,
                                          seen.commanded,
@@ -150,8 +230,8 @@ private:
                                          oscillation.state() == Oscillation::State::waiting,
                                          seen.motor,
                                          oscillation.planned_acceleration()};
-        const DeadPointWatch::Present present{values.learn, values.override_value == 1,
-                                              in_force.speed(part(values)), in_force.longest_waits()};
+        const DeadPointWatch::Present present{values.learn, values.override_ == 1,
+                                              in_force.speed(part(values)), values.longest_waits()};
         switch (watch_.step(now, present)) {
             case DeadPointWatch::Event::wrong_scale: found = {Fault::scale, true}; break;
             case DeadPointWatch::Event::slips:
@@ -171,10 +251,10 @@ private:
     // Changes the speed so that a cycle with its sections and dwells takes the set time: in proportion, as
     // far as the acceleration permits, once both strokes have had the present speed.
     void fit_cycle_time(const Oscillation& oscillation, StrokeInForce& in_force) noexcept {
-        const StrokeValues& values = in_force.values();
+        const StrokeSettings& values = in_force.values();
         const double speed = in_force.speed(part(values));
-        const double target = values.speed_value - (values.stroke.lower_dwell + values.stroke.upper_dwell);
-        if (values.speed_kind != StrokeValues::with_sections || values.override_value != 1 ||
+        const double target = values.cycle_time - (values.lower_dwell + values.upper_dwell);
+        if (values.speed_kind != StrokeSettings::with_sections || values.override_ != 1 ||
             part(values) != 1 || watch_.arrival(false).speed != speed ||
             watch_.arrival(true).speed != speed || !(target > 0))
             return;

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/compensation/chopping/axis_place.hpp"
 #include "components/compensation/chopping/chopping_codes.hpp"
 #include "components/compensation/chopping/infeed.hpp"
-#include "components/compensation/chopping/standing_off.hpp"
-#include "components/compensation/chopping/stroke_bounds.hpp"
-#include "components/compensation/chopping/stroke_faults.hpp"
-#include "components/compensation/chopping/stroke_in_force.hpp"
 #include "components/compensation/chopping/stroke_motion.hpp"
 #include "components/compensation/chopping/stroke_offset.hpp"
 #include "components/compensation/chopping/stroke_orders.hpp"
+#include "components/compensation/chopping/stroke_settings.hpp"
 #include "components/compensation/chopping/stroke_supervision.hpp"
-#include "components/compensation/chopping/stroke_words.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 namespace plumb {
@@ -27,7 +23,7 @@ namespace plumb {
 // is off, it moves nothing by itself. All positions are in mu.
 class StrokingAxis {
 public:
-    static constexpr double farthest = StrokeValues::farthest;
+    static constexpr double farthest = StrokeSettings::farthest;
     static constexpr double guard_factor = 10;  // of the largest acceleration, for the offset
 
     // Of a period: of the axis that feeds in.
@@ -54,37 +50,40 @@ public:
     };
 
     // A millimetre in mu.
-    void begin(const StrokeValues& settings, double millimetre = 1) noexcept {
+    void begin(const StrokeSettings& settings, double millimetre = 1) noexcept {
         place_.begin(millimetre);
         in_force_.begin(settings);
         guard(1);
     }
 
+    // The settings of a period.
+    struct Given {
+        const StrokeSettings& stroke;
+        const Infeed::Settings* infeed = nullptr;  // none without the option
+        bool changed = true;                       // one of them, since the last period
+    };
+
     // One period of dt s.
-    void step(const Inputs& inputs, StrokeValues settings, double dt, Infeed::Settings infeed = {}) noexcept {
+    void step(const Inputs& inputs, const Given& settings, double dt) noexcept {
         below_speed_ = inputs.at_speed ? 0 : std::min(below_speed_ + dt, 1e9);
         const Now now = judged(inputs, dt);
-        words_.replace(settings);
-        words_.replace(infeed);
-        // The stroking axis stands where the other one feeds in.
-        if (infeed.wanted() && settings.exact_stop == 0) settings.exact_stop = settings.learning.most_beyond;
-        possible_infeed_ = infeed.possible(inputs.infeed.position);
+        take_words(settings);
         stand(now, dt);
-        obey(now, settings, dt);
-        take_settings(settings, dt);
+        obey(now, dt);
+        take_settings(dt);
         hold_ = hold(inputs);
-        feed(now, infeed, dt);
+        feed(now, dt);
         generate(now, dt);
         supervise(now, dt);
         report(now);
     }
 
-    DeadPointLearning& learning() noexcept { return supervision_.learning(); }
+    DeadPointLearning& change_learning() noexcept { return supervision_.change_learning(); }
     void forget() noexcept { supervision_.forget(); }
     const StrokeMotion& motion() const noexcept { return motion_; }
     const StrokeSupervision& supervision() const noexcept { return supervision_; }
     const StrokeWords& words() const noexcept { return words_; }
-    const StrokeValues& values() const noexcept { return in_force_.values(); }  // in force
+    const StrokeSettings& values() const noexcept { return in_force_.values(); }  // in force
 
     double position() const noexcept { return position_; }  // point R: the last good one
     double offset() const noexcept { return offset_.value(); }
@@ -93,7 +92,7 @@ public:
     // From point R, or with an infeed. Where nothing drives an extra joint it stands within max-beyond of its
     // command.
     bool away() const noexcept {
-        const double within = by_stage_ ? 0 : values().learning.most_beyond;
+        const double within = by_stage_ ? 0 : values().max_beyond;
         return std::abs(offset_.value()) > std::max(within, StrokeOffset::nothing) || infeed_.value() != 0;
     }
     const Infeed& infeed() const noexcept { return infeed_; }
@@ -112,6 +111,16 @@ public:
 private:
     static constexpr std::size_t nodes = 64;  // to plan in a period
     static constexpr double answer_time = 2;  // s, in which the end of a program is seen
+
+    // All that the next stroke depends on.
+    struct Planned {
+        std::uint32_t settings = 0, learning = 0;  // changes
+        double end = 0;
+
+        bool operator==(const Planned& other) const noexcept {
+            return settings == other.settings && learning == other.learning && end == other.end;
+        }
+    };
 
     // The inputs of a period, judged.
     struct Now {
@@ -138,6 +147,19 @@ private:
                 applied};
     }
 
+    // The words of a program go before the settings. The stroking axis stands where the other one feeds in.
+    void take_words(const Given& settings) noexcept {
+        changed_ = std::exchange(first_, false) || settings.changed || words_.changes();
+        if (!changed_) return;
+        given_ = settings.stroke;
+        words_.replace(given_);
+        has_infeed_ = settings.infeed != nullptr;
+        if (!has_infeed_) return;
+        infeed_given_ = *settings.infeed;
+        words_.replace(infeed_given_);
+        if (infeed_given_.wanted() && given_.exact_stop == 0) given_.exact_stop = given_.max_beyond;
+    }
+
     bool ready(const Now& now) const noexcept { return now.given.on && now.given.homed && place_.known(); }
 
     // An extra joint is where its axis is while its drive is off. LinuxCNC knows the place of a joint with a
@@ -156,11 +178,11 @@ private:
         offset_.put(place_.place() - position_);
     }
 
-    void obey(const Now& now, const StrokeValues& given, double dt) noexcept {
+    void obey(const Now& now, double dt) noexcept {
         const StrokeOrders::Now& orders = now.orders;
         if (!now.given.homed) supervision_.accept();
         const bool asked = words_.checks();
-        faults_.check(asked, asked ? refusal(now, given, words_.checked(), dt) : Fault::none, place_.known());
+        faults_.check(asked, asked ? refusal(now, words_.checked(), dt) : Fault::none, place_.known());
         if (motion_.moves() && !now.given.on) freeze();
         if (motion_.moves() && !ready(now)) {
             if (!now.given.homed) faults_.happen(Fault::unhomed);
@@ -169,11 +191,11 @@ private:
         if (now.given.released) release();
         if (orders.starts && motion_.state() == StrokeMotion::State::returning)
             faults_.happen(Fault::withdrawing);
-        leaves_ = values().stroke.clear != Oscillation::Stop::none && (orders.ended || words_.aborts());
+        leaves_ = values().clear() != Oscillation::Stop::none && (orders.ended || words_.aborts());
         watch_wheel(now, dt);
-        if (orders.starts && !motion_.moves()) start(now, given, dt);
-        if (orders.returns && !motion_.moves() && ready(now) && now.known) return_to_end(now, given, dt);
-        if (orders.shifts && motion_.moves()) take_over(given, dt);
+        if (orders.starts && !motion_.moves()) start(now, dt);
+        if (orders.returns && !motion_.moves() && ready(now) && now.known) return_to_end(now, dt);
+        if (orders.shifts && motion_.moves()) take_over(dt);
     }
 
     // The axis leaves the work when its spindle stops or loses its speed, also in spark-out strokes. A lost
@@ -193,13 +215,10 @@ private:
         if (lost_for_ >= answer_time) faults_.happen(Fault::wheel_lost);
     }
 
-    // It is asked whether the scale is right before its dead points are learned.
-    bool slipped(const StrokeValues& given) const noexcept { return given.learn && supervision_.slipped(); }
-
-    void start(const Now& now, const StrokeValues& given, double dt) noexcept {
-        Fault reason = !now.orders.runs ? Fault::not_ready : refusal(now, given, position_, dt);
+    void start(const Now& now, double dt) noexcept {
+        Fault reason = !now.orders.runs ? Fault::not_ready : refusal(now, position_, dt);
         if (reason == Fault::none)
-            reason = now.known ? in_force_.take(given, position_, dt) : Fault::position;
+            reason = now.known ? in_force_.take(given_, position_, dt) : Fault::position;
         faults_.happen(reason);
         wheel_lost_ = false;
         if (reason != Fault::none) return;
@@ -212,23 +231,25 @@ private:
     }
 
     // Of a stroke that is to begin at an end.
-    Fault refusal(const Now& now, const StrokeValues& given, double end, double dt) const noexcept {
+    Fault refusal(const Now& now, double end, double dt) const noexcept {
         if (!ready(now) || !now.orders.permitted) return Fault::not_ready;
-        if (slipped(given)) return Fault::slips;
-        Fault reason = given.refusal(given.lower, given.upper, end, dt);
-        if (reason == Fault::none && !possible_infeed_) reason = Fault::infeed;
-        const bool turns = given.without_wheel || (now.given.spindle_on && now.given.at_speed);
+        // It is asked whether the scale is right before its dead points are learned.
+        if (given_.learn && supervision_.slipped()) return Fault::slips;
+        Fault reason = given_.refusal(given_.low(), given_.high(), end, dt);
+        if (reason == Fault::none && has_infeed_ && !infeed_given_.possible(now.given.infeed.position))
+            reason = Fault::infeed;
+        const bool turns = given_.without_wheel || (now.given.spindle_on && now.given.at_speed);
         return reason == Fault::none && !turns ? Fault::wheel_stands : reason;
     }
 
-    void return_to_end(const Now& now, const StrokeValues& given, double dt) noexcept {
-        if (!in_force_.take_end(given, position_, dt)) return;
+    void return_to_end(const Now& now, double dt) noexcept {
+        if (!in_force_.take_end(given_, position_, dt)) return;
         supervision_.begin(seen(now));
         motion_.return_to_end(wanted(), position_ + offset_.rest(), command_in_force(dt));
     }
 
-    void take_over(const StrokeValues& given, double dt) noexcept {
-        const Fault reason = in_force_.take(given, position_, dt);
+    void take_over(double dt) noexcept {
+        const Fault reason = in_force_.take(given_, position_, dt);
         if (reason != Fault::none) return faults_.happen(reason);
         supervision_.select(in_force_);
         supervision_.pause();
@@ -247,30 +268,39 @@ private:
         motion_.freeze(position_);
     }
 
-    void take_settings(const StrokeValues& given, double dt) noexcept {
+    void take_settings(double dt) noexcept {
         const StrokeMotion::Command& its = motion_.command();
-        if (in_force_.judge(given, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
+        if (in_force_.judge(given_, changed_, {position_, motion_.moves(), its.lead, its.jerk_time}, dt))
             supervision_.select(in_force_);
         guard(dt);
     }
 
     void guard(double dt) noexcept {
-        const StrokeValues& values = in_force_.values();
+        const StrokeSettings& values = in_force_.values();
         const double planned = motion_.moves() ? motion_.oscillation().planned_acceleration() : 0;
-        const double hardest = std::max(values.stroke.acceleration, planned);
+        const double hardest = std::max(values.max_acceleration, planned);
         offset_.allow({values.max_offset, values.max_rate, guard_factor * hardest}, motion_.moves(), farthest,
                       dt);
     }
 
     StrokeMotion::Command command_in_force(double dt) const noexcept {
-        const StrokeValues& values = in_force_.values();
+        const StrokeSettings& values = in_force_.values();
         return {values.lead, values.jerk_time, values.jerk_samples(dt)};
     }
 
-    Oscillation::Settings wanted() const noexcept {
-        Oscillation::Settings its = in_force_.stroke(supervision_.part(in_force_.values()), position_);
-        if (in_force_.values().learn) supervision_.learning().restrain(its);
-        return its;
+    // Makes the settings of the next stroke again, where those in force, point R or learning have changed.
+    // True if it did.
+    bool plan() noexcept {
+        const Planned now{in_force_.changes(), supervision_.changes(), position_};
+        if (now == planned_) return false;
+        planned_ = now;
+        wanted_ = in_force_.stroke(supervision_.part(in_force_.values()), position_);
+        if (in_force_.values().learn) supervision_.learning().restrain(wanted_);
+        return true;
+    }
+    const Oscillation::Settings& wanted() noexcept {
+        plan();
+        return wanted_;
     }
 
     StrokeSupervision::Seen seen(const Now& now) const noexcept {
@@ -278,12 +308,12 @@ private:
     }
 
     // Nothing feeds in while the ends of the strokes are not known, or anything is wrong with them.
-    void feed(const Now& now, const Infeed::Settings& settings, double dt) noexcept {
+    void feed(const Now& now, double dt) noexcept {
         using State = StrokeMotion::State;
         const bool starts = std::exchange(started_, false);
-        if (!settings.in_range && infeed_.idle()) return;  // as without the option
+        if (!has_infeed_ || (!infeed_given_.in_range && infeed_.idle())) return;
         const Oscillation& oscillation = motion_.oscillation();
-        const StrokeValues& values = in_force_.values();
+        const StrokeSettings& values = in_force_.values();
         const bool turns = values.without_wheel || (now.given.spindle_on && now.given.at_speed);
         Infeed::Now its;
         its.on = now.given.on;
@@ -304,23 +334,23 @@ private:
         its.position = now.given.infeed.position;
         its.measured = now.given.infeed.measured;
         its.applied = now.given.infeed.applied;
-        infeed_.step(its, settings, dt);
+        infeed_.step(its, infeed_given_, dt);
         motion_.oscillation().wait_for_infeed(infeed_.waits());
     }
 
     void generate(const Now& now, double dt) noexcept {
-        const StrokeValues& values = in_force_.values();
-        const bool moved = motion_.moves();
+        const StrokeSettings& values = in_force_.values();
+        const bool moved = motion_.moves(), changed = plan();
         motion_.oscillation().see_axis(
             !(values.exact_stop > 0) ||
             (now.measurable &&
              std::abs(now.measured - motion_.oscillation().position()) <= values.exact_stop));
-        motion_.step({now.orders.runs && !infeed_.done(), now.orders.permitted, leaves_, now.orders.returns,
-                      hold_, now.orders.runs ? values.stroke.ending : values.stop(), now.given.trial_over},
-                     wanted(), dt, nodes, [&](bool upper, double reversal, double speed, double way) {
-                         return values.learn ? supervision_.learning().offset(upper, reversal, speed, way)
-                                             : 0;
-                     });
+        motion_.step(
+            {now.orders.runs && !infeed_.done(), now.orders.permitted, leaves_, now.orders.returns, hold_,
+             now.orders.runs ? values.ending() : values.stop(), now.given.trial_over, changed},
+            wanted_, dt, nodes, [&](bool upper, double reversal, double speed, double way) {
+                return values.learn ? supervision_.learning().offset(upper, reversal, speed, way) : 0;
+            });
         StrokeOffset::Period period;
         period.moves = motion_.moves();
         period.ends = moved && !period.moves;
@@ -333,10 +363,10 @@ private:
     }
 
     Oscillation::Stop hold(const Inputs& given) noexcept {
-        const StrokeValues& values = in_force_.values();
+        const StrokeSettings& values = in_force_.values();
         hold_ordered_ = given.emergency_hold || given.feed_hold;
         if (given.emergency_hold || supervision_.recovers()) return Oscillation::Stop::at_once;
-        return given.feed_hold || values.override_value == 0 ? values.hold() : Oscillation::Stop::none;
+        return given.feed_hold || values.override_ == 0 ? values.hold() : Oscillation::Stop::none;
     }
 
     void supervise(const Now& now, double dt) noexcept {
@@ -386,7 +416,12 @@ private:
     double last_position_ = 0;
     double position_ = 0, measured_ = 0;
     Oscillation::Stop hold_ = Oscillation::Stop::none;
-    bool started_ = false, possible_infeed_ = true;  // in this period
+    StrokeSettings given_;  // with the words of the program
+    Infeed::Settings infeed_given_;
+    Planned planned_;
+    Oscillation::Settings wanted_;
+    bool first_ = true, changed_ = false, has_infeed_ = false;
+    bool started_ = false;  // in this period
     bool busy_ = false, hold_ordered_ = false;
     bool leaves_ = false;      // the work, ordered in this period
     bool wheel_lost_ = false;  // since the start

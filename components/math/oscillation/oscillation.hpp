@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/oscillation/braking.hpp"
-#include "components/math/oscillation/oscillation_leg.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
 #include "components/math/oscillation/stroke_plan.hpp"
 
@@ -312,7 +310,7 @@ private:
 
     void run_stroke(double dt) noexcept {
         if (time_ < plan().duration()) {
-            const StrokePlan::Moment now = plan().at(time_);
+            const StrokePlan::Moment now = plan().at(time_, node_);
             move_to(now);
             const bool ends = next().kind == Kind::none && !due_;
             if (hold_ == Stop::at_once || stop_ == Stop::at_once)
@@ -359,13 +357,15 @@ private:
 
     // In this period, to which time_ has not advanced yet.
     bool can_stop_at_bound() const noexcept {
-        return needed(plan().at(time_ + period_)) <= leg().acceleration;
+        std::size_t node = node_;
+        return needed(plan().at(time_ + period_, node)) <= leg().acceleration;
     }
 
     // At the last moment at which it can stop at the dead point, where the stroke itself ends beyond.
     void brake_to_bound(const StrokePlan::Moment& now, double dt, bool holds) noexcept {
         const double deceleration = needed(now);
-        if (deceleration > leg().acceleration || needed(plan().at(time_ + dt)) <= leg().acceleration) return;
+        if (deceleration > leg().acceleration || needed(plan().at(time_ + dt, node_)) <= leg().acceleration)
+            return;
         begin_braking({now, deceleration}, holds);
         strokes_ += leg().kind == Kind::regular;
     }
@@ -415,7 +415,7 @@ private:
         if (infeeds || due_ || planner_.busy()) wait_ = std::max(wait_, time_);
         if (settles_ || infeeds || due_ || planner_.busy() || time_ < wait_) return;
         take_up(time_ - wait_);
-        move_to(plan().at(time_));
+        move_to(plan().at(time_, node_));
     }
 
     // Whether the axis stands for a hold where it waits.
@@ -463,6 +463,7 @@ private:
     StrokePlan plans_[2];     // of the leg that runs, and of the next one
     OscillationLeg legs_[2];  // in the same order
     int running_ = 0;
+    std::size_t node_ = 0;  // of the plan that runs, at this moment
     StrokePlanner planner_;
     std::size_t pace_ = 1;                                // nodes to plan in a period
     Kind next_ = Kind::none;                              // after the leg that runs, without a stop

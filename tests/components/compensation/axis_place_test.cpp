@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/chopping/axis_place.hpp"
+#include "components/compensation/chopping/stroke_offset.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/chopping/crossing.hpp"
+#include "components/compensation/chopping/stroke_orders.hpp"
 
 #include <gtest/gtest.h>
 

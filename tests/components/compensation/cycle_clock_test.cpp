@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/chopping/cycle_clock.hpp"
+#include "components/compensation/chopping/stroke_supervision.hpp"
 
 #include <gtest/gtest.h>
 

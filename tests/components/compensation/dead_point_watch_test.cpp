@@ -33,13 +33,13 @@ struct Strokes {
     int passes = 0;                // events
 
     Strokes() {
-        watch.learning().select(stroke, usual());
+        watch.change_learning().select(stroke, usual());
         watch.begin();
     }
 
     // The next one, planned at its begin. Returns all events.
     std::set<Event> next() {
-        DeadPointLearning& learning = watch.learning();
+        DeadPointLearning& learning = watch.change_learning();
         const double k = learning.speed_factor(), speed = 100 * k, a = 600 * k * k;
         OscillationSettings planned;
         learning.restrain(planned);
@@ -124,7 +124,7 @@ TEST(DeadPointWatch, AStrokeThatWasPlannedWithOtherSectionsCorrectsNothing) {
     Strokes it;
     it.learn();
     EXPECT_EQ(it.next().count(Event::corrected), 1u);
-    it.watch.learning().select(with_section, usual());
+    it.watch.change_learning().select(with_section, usual());
     EXPECT_EQ(it.next().count(Event::corrected), 0u) << "its dead point is that of the stroke before";
     EXPECT_EQ(it.next().count(Event::corrected), 1u);
 }

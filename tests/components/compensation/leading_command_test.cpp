@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/chopping/leading_command.hpp"
+#include "components/compensation/chopping/stroke_motion.hpp"
 
 #include <gtest/gtest.h>
 

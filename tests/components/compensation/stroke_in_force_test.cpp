@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/compensation/chopping/stroke_in_force.hpp"
+#include "components/compensation/chopping/stroke_settings.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,15 +8,15 @@ namespace {
 
 constexpr double dt = 0.001;  // s
 
-StrokeValues good() {
-    StrokeValues its;
-    its.stroke.acceleration = 1000;
-    its.stroke.largest_speed = 200;
-    its.stroke.lowest = -100;
-    its.stroke.highest = 100;
+StrokeSettings good() {
+    StrokeSettings its;
+    its.max_acceleration = 1000;
+    its.max_feed = 200;
+    its.min_limit = -100;
+    its.max_limit = 100;
     its.lower = -20;
     its.upper = -8;
-    its.speed_value = 60;
+    its.feed = 60;
     its.max_offset = 500;
     its.max_rate = 500;
     its.max_lead = 0.02;
@@ -29,9 +29,9 @@ StrokeValues good() {
 TEST(StrokeInForce, ARefusedRegionLeavesTheLastOneWithItsSettings) {
     StrokeInForce it;
     ASSERT_EQ(it.take(good(), 0, dt), Fault::none);
-    StrokeValues given = good();
+    StrokeSettings given = good();
     given.lower = -8;
-    given.speed_value = 70;
+    given.feed = 70;
     EXPECT_EQ(it.take(given, 0, dt), Fault::region);
     given.lower = -200;
     EXPECT_EQ(it.take(given, 0, dt), Fault::soft_limit);
@@ -42,37 +42,37 @@ TEST(StrokeInForce, ARefusedRegionLeavesTheLastOneWithItsSettings) {
 TEST(StrokeInForce, ChangedSettingsComeAsAWholeOrNotAtAll) {
     StrokeInForce it;
     ASSERT_EQ(it.take(good(), 0, dt), Fault::none);
-    StrokeValues given = good();
-    given.speed_value = 70;
+    StrokeSettings given = good();
+    given.feed = 70;
     given.max_offset = 10;  // less than the stroke needs
-    EXPECT_FALSE(it.judge(given, {0, true, 0, 0}, dt));
+    EXPECT_FALSE(it.judge(given, true, {0, true, 0, 0}, dt));
     EXPECT_EQ(it.refused(), Fault::soft_limit);
     EXPECT_EQ(it.speed(1), 60);
     given.max_offset = 500;
-    EXPECT_TRUE(it.judge(given, {0, true, 0, 0}, dt));
+    EXPECT_TRUE(it.judge(given, true, {0, true, 0, 0}, dt));
     EXPECT_EQ(it.refused(), Fault::none);
     EXPECT_EQ(it.speed(1), 70);
 }
 
 TEST(StrokeInForce, TheLeadOfTheCommandThatRunsBoundsTheAcceleration) {
     StrokeInForce it;
-    StrokeValues given = good();
+    StrokeSettings given = good();
     given.lead = 0.002;
     given.jerk_time = 0.02;
     ASSERT_EQ(it.take(given, 0, dt), Fault::none);
     given.lead = 0;
-    given.stroke.acceleration = 2900;  // times 1.2 is more than 3000
-    EXPECT_FALSE(it.judge(given, {0, true, 0.002, 0.02}, dt));
+    given.max_acceleration = 2900;  // times 1.2 is more than 3000
+    EXPECT_FALSE(it.judge(given, true, {0, true, 0.002, 0.02}, dt));
     EXPECT_EQ(it.refused(), Fault::lead);
-    EXPECT_FALSE(it.judge(given, {0, false, 0.002, 0.02}, dt));
+    EXPECT_FALSE(it.judge(given, true, {0, false, 0.002, 0.02}, dt));
     EXPECT_EQ(it.refused(), Fault::none) << "at rest the next start has the lead that is given";
-    EXPECT_EQ(it.values().stroke.acceleration, 2900);
+    EXPECT_EQ(it.values().max_acceleration, 2900);
 }
 
 TEST(StrokeInForce, AWayToTheEndNeedsNoRegion) {
     StrokeInForce it;
     it.begin(good());
-    StrokeValues given = good();
+    StrokeSettings given = good();
     given.in_range = false;
     EXPECT_TRUE(it.take_end(given, 3, dt)) << "with the last settings";
     EXPECT_EQ(it.stroke(1, 3).end_position, 3);
@@ -96,13 +96,13 @@ TEST(StrokeInForce, TheSpeedIsStretchedWithinBoundsAndPartOfItIsLearned) {
 
 TEST(StrokeInForce, ALearnedStrokeBelongsToTheCommandOfItsStart) {
     StrokeInForce it;
-    StrokeValues given = good();
+    StrokeSettings given = good();
     given.jerk_time = 0.02;
     ASSERT_EQ(it.take(given, 0, dt), Fault::none);
     it.begin_strokes();
     const auto before = it.learned_stroke();
     given.jerk_time = 0.03;
-    ASSERT_TRUE(it.judge(given, {0, true, 0, 0.02}, dt));
+    ASSERT_TRUE(it.judge(given, true, {0, true, 0, 0.02}, dt));
     EXPECT_TRUE(it.learned_stroke() == before);
     it.begin_strokes();
     EXPECT_FALSE(it.learned_stroke() == before);
@@ -110,7 +110,7 @@ TEST(StrokeInForce, ALearnedStrokeBelongsToTheCommandOfItsStart) {
 
 TEST(StrokeInForce, TheInsetIsAPartOfAShortStroke) {
     StrokeInForce it;
-    StrokeValues given = good();
+    StrokeSettings given = good();
     given.lower = -10;
     ASSERT_EQ(it.take(given, 0, dt), Fault::none);
     EXPECT_DOUBLE_EQ(it.learning().inset, 0.1);

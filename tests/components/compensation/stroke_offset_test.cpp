@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/chopping/stroke_offset.hpp"
-#include "components/compensation/chopping/standing_off.hpp"
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@ struct Supervision : testing::Test {
     StrokeSupervision it;
     StrokeInForce in_force;
     StrokeMotion motion;
-    StrokeValues values;
+    StrokeSettings values;
     StrokeMotion::Orders orders;
     std::function<double(double, double)> axis = [](double command, double at) {
         return at + (command - at) * dt / 0.005;
@@ -34,16 +34,15 @@ struct Supervision : testing::Test {
     Supervision() {
         values.lower = 10;
         values.upper = 40;
-        values.speed_value = 100;
-        values.stroke.acceleration = 1000;
-        values.stroke.largest_speed = 500;
-        values.stroke.lowest = -100;
-        values.stroke.highest = 100;
+        values.feed = 100;
+        values.max_acceleration = 1000;
+        values.max_feed = 500;
+        values.min_limit = -100;
+        values.max_limit = 100;
         values.max_offset = values.max_rate = 500;
         values.max_output_acceleration = 3000;
         values.max_drift = 0.1;
         values.inset = 0.3;
-        values.learning = {0.3, 0.7, 1, 2 * um, 5 * um, 1000};
         values.in_range = true;
     }
 
@@ -164,10 +163,10 @@ TEST_F(Supervision, GivesAPulseAtEachDeadPoint) {
 }
 
 TEST_F(Supervision, ACycleTimeWithSectionsAndDwellsIsKept) {
-    values.speed_kind = StrokeValues::with_sections;
-    values.speed_value = 2;
-    values.stroke.upper_dwell = 0.3;
-    values.stroke.sections[0] = {SpeedSection::height, 20, 30, 0.5};
+    values.speed_kind = StrokeSettings::with_sections;
+    values.cycle_time = 2;
+    values.upper_dwell = 0.3;
+    values.section[0] = {SpeedSection::height, 20, 30, 0.5};
     start();
     run(30);
     EXPECT_NEAR(it.clock().time(), 2, 0.005);

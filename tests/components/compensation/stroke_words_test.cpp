@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The words of a program in chopping: alone, and on the simulated axis.
-#include "components/compensation/chopping/stroke_words.hpp"
+#include "components/compensation/chopping/stroke_orders.hpp"
 
 #include "tests/support/chopping_axis.hpp"
 #include "tests/support/place.hpp"
@@ -14,11 +14,22 @@
 #include <map>
 #include <regex>
 #include <string>
+#include <tuple>
 
 namespace plumb {
+
+// By all that a word replaces.
+bool operator==(const StrokeSettings& one, const StrokeSettings& other) {
+    const auto all = [](const StrokeSettings& its) {
+        return std::tie(its.upper_dwell, its.lower_dwell, its.exact_stop, its.spark_out, its.stop_kind,
+                        its.override_, its.section);
+    };
+    return all(one) == all(other);
+}
+
 namespace {
 
-StrokeValues with(const StrokeWords& words, StrokeValues settings) {
+StrokeSettings with(const StrokeWords& words, StrokeSettings settings) {
     words.replace(settings);
     return settings;
 }
@@ -42,21 +53,21 @@ struct Words : testing::Test {
 };
 
 TEST_F(Words, GoBeforeTheSettingsAndLeaveAllOthersAsTheyAre) {
-    StrokeValues settings;
-    settings.stroke.lower_dwell = 0.5;
-    settings.stroke.spark_out = 7;
-    settings.stroke.sections[3] = {SpeedSection::height, 1, 2, 0.5};
+    StrokeSettings settings;
+    settings.lower_dwell = 0.5;
+    settings.spark_out = 7;
+    settings.section[3] = {SpeedSection::height, 1, 2, 0.5};
     EXPECT_EQ(with(it, settings), settings);
 
     EXPECT_TRUE(give(StrokeWords::upper_dwell, 0.25));
     EXPECT_TRUE(give(StrokeWords::spark_out, 0));
     EXPECT_TRUE(give(StrokeWords::exact_stop, 0.01));
     EXPECT_TRUE(give(StrokeWords::stop_place, 2));
-    StrokeValues wanted = settings;
-    wanted.stroke.upper_dwell = 0.25;
-    wanted.stroke.spark_out = 0;
+    StrokeSettings wanted = settings;
+    wanted.upper_dwell = 0.25;
+    wanted.spark_out = 0;
     wanted.exact_stop = 0.01;
-    wanted.set_stop_kind(StrokeValues::at_upper);
+    wanted.stop_kind = StrokeSettings::at_upper;
     EXPECT_EQ(with(it, settings), wanted);
     EXPECT_EQ(wanted.stop(), Oscillation::Stop::upper);
 }
@@ -120,40 +131,40 @@ TEST_F(Words, TheNumberOfAShiftThatStaysKeepsNoWordOverTheEndOfItsProgram) {
     };
     give(StrokeWords::upper_dwell, 0.25);
     program(true, 1);
-    StrokeValues settings;
-    ASSERT_EQ(with(it, settings).stroke.upper_dwell, 0.25);
+    StrokeSettings settings;
+    ASSERT_EQ(with(it, settings).upper_dwell, 0.25);
     program(false, 0.01);
-    EXPECT_EQ(with(it, settings).stroke.upper_dwell, 0);
+    EXPECT_EQ(with(it, settings).upper_dwell, 0);
 }
 
 TEST_F(Words, AnOverrideOfThePanelActsOrNotAndAHoldAlways) {
-    StrokeValues settings;
-    settings.override_value = 0.4;
+    StrokeSettings settings;
+    settings.override_ = 0.4;
     EXPECT_TRUE(give(StrokeWords::overrides, 0));
-    EXPECT_EQ(with(it, settings).override_value, 1);
-    settings.override_value = 0;
-    EXPECT_EQ(with(it, settings).override_value, 0);
-    settings.override_value = 0.4;
+    EXPECT_EQ(with(it, settings).override_, 1);
+    settings.override_ = 0;
+    EXPECT_EQ(with(it, settings).override_, 0);
+    settings.override_ = 0.4;
     EXPECT_TRUE(give(StrokeWords::overrides, 1));
-    EXPECT_EQ(with(it, settings).override_value, 0.4);
+    EXPECT_EQ(with(it, settings).override_, 0.4);
 }
 
 TEST_F(Words, SectionsTakeThePlaceOfAllThoseOfSettings) {
-    StrokeValues settings;
-    settings.stroke.sections[0] = {SpeedSection::height, 1, 2, 0.5};
+    StrokeSettings settings;
+    settings.section[0] = {SpeedSection::height, 1, 2, 0.5};
     give_section(-10, -5, 0.25, SpeedSection::height_upward);
-    const SpeedSections::Table given = with(it, settings).stroke.sections;
+    const SpeedSections::Table given = with(it, settings).section;
     EXPECT_EQ(given[0], (SpeedSection{SpeedSection::height_upward, -10, -5, 0.25}));
     EXPECT_EQ(given[1], SpeedSection{});
     for (const double from : {0.0, 10.0, 20.0}) give_section(from, from + 1, 2, SpeedSection::height);
     EXPECT_EQ(it.sections(), 4u);
     EXPECT_FALSE(give(StrokeWords::section, 2)) << "a fifth one";
     EXPECT_TRUE(give(StrokeWords::without_sections, 0));
-    EXPECT_EQ(with(it, settings).stroke.sections, SpeedSections::Table{});
+    EXPECT_EQ(with(it, settings).section, SpeedSections::Table{});
 }
 
 TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
-    const StrokeValues settings, none = with(it, settings);
+    const StrokeSettings settings, none = with(it, settings);
     const double nan = std::numeric_limits<double>::quiet_NaN(),
                  inf = std::numeric_limits<double>::infinity();
     for (const double value : {-1.0, 3601.0, nan, inf, -inf, 1e308}) {
@@ -180,7 +191,7 @@ TEST_F(Words, InvalidOnesAreRefusedAndChangeNothing) {
 }
 
 TEST_F(Words, AreForgottenWhenTheAxisRestsOrByOrderButNeverWhileItMoves) {
-    const StrokeValues settings, none = with(it, settings);
+    const StrokeSettings settings, none = with(it, settings);
     give(StrokeWords::upper_dwell, 0.25);
     it.step(0, 0, true);
     EXPECT_FALSE(with(it, settings) == none);
@@ -194,7 +205,7 @@ TEST_F(Words, AreForgottenWhenTheAxisRestsOrByOrderButNeverWhileItMoves) {
 }
 
 TEST_F(Words, EndWithTheirProgramUnlessTheyAreNewer) {
-    const StrokeValues settings, none = with(it, settings);
+    const StrokeSettings settings, none = with(it, settings);
     const auto program = [&](bool runs, double seconds) {
         for (int i = 0; i < seconds / 0.001; ++i) {
             it.watch_program(runs, 0.001);

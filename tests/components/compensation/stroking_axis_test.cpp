@@ -16,18 +16,18 @@ constexpr double dt = 0.001;  // s
 struct StrokingAxisTest : testing::Test {
     StrokingAxis it;
     StrokingAxis::Inputs now;
-    StrokeValues values;
+    StrokeSettings values;
     double lowest = 0, highest = -100;  // mu, of the command
 
     StrokingAxisTest() {
         values.in_range = true;
         values.lower = -20;
         values.upper = -8;
-        values.speed_value = 60;
-        values.stroke.acceleration = 1000;
-        values.stroke.largest_speed = 500;
-        values.stroke.lowest = -100;
-        values.stroke.highest = 100;
+        values.feed = 60;
+        values.max_acceleration = 1000;
+        values.max_feed = 500;
+        values.min_limit = -100;
+        values.max_limit = 100;
         values.max_offset = values.max_rate = 500;
         now.orders.farthest = StrokingAxis::farthest;
         now.on = now.homed = true;
@@ -35,7 +35,7 @@ struct StrokingAxisTest : testing::Test {
     }
     void step() {
         now.joint = it.command();
-        it.step(now, values, dt);
+        it.step(now, {values}, dt);
         lowest = std::min(lowest, it.command());
         highest = std::max(highest, it.command());
     }
@@ -102,7 +102,7 @@ TEST_F(StrokingAxisTest, AReleasedOffsetIsAPartOfThePosition) {
     const double place = it.command();
     now.position = place;
     now.joint = place;
-    it.step(now, values, dt);
+    it.step(now, {values}, dt);
     EXPECT_EQ(it.offset(), 0);
     EXPECT_EQ(it.command(), place);
     EXPECT_TRUE(it.stands_off());
@@ -132,7 +132,7 @@ TEST_F(StrokingAxisTest, AFollowingErrorStopsItAndProgramsWait) {
     start();
     for (int i = 0; i < 500; ++i) {
         now.joint = -30;  // it does not follow
-        it.step(now, values, dt);
+        it.step(now, {values}, dt);
     }
     EXPECT_EQ(it.fault(), Fault::following);
     run(1);
@@ -144,13 +144,12 @@ TEST_F(StrokingAxisTest, AFollowingErrorStopsItAndProgramsWait) {
 TEST_F(StrokingAxisTest, AnAxisThatDoesNotTurnAtADeadPointStopsTheStroke) {
     values.learn = true;
     values.inset = 0.3;
-    values.learning = {0, 0.7, 1, 0.002, 0.005};
     now.orders.run = true;
     double farthest = -100;
     for (int i = 0; i < 20000 && it.fault() != Fault::lost; ++i) {
         farthest = std::max(farthest, it.command());
         now.joint = farthest += 1e-6;
-        it.step(now, values, dt);
+        it.step(now, {values}, dt);
     }
     EXPECT_EQ(it.fault(), Fault::lost);
     run(1);
@@ -162,7 +161,6 @@ TEST_F(StrokingAxisTest, ADeadPointThatIsPassedIsToldInThatPeriod) {
     values.learn = true;
     values.inset = 0.3;
     values.max_drift = 1;
-    values.learning = {0, 0.7, 1, 0.002, 0.005};
     start();
     run(40);
     ASSERT_TRUE(it.supervision().learning().learned());
@@ -174,11 +172,11 @@ TEST_F(StrokingAxisTest, ADeadPointThatIsPassedIsToldInThatPeriod) {
     run(0.002);
     for (double joint = now.joint; joint < values.upper + 0.0045; joint += 0.001) {
         now.joint = joint;
-        it.step(now, values, dt);
+        it.step(now, {values}, dt);
         ASSERT_EQ(it.fault(), Fault::none) << joint;
     }
     now.joint = values.upper + 0.0055;
-    it.step(now, values, dt);
+    it.step(now, {values}, dt);
     EXPECT_EQ(it.fault(), Fault::beyond);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/braking.hpp"
+#include "components/math/oscillation/stroke_plan.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/oscillation/dead_point_learning.hpp"
-#include "components/math/oscillation/dead_point_meter.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
 
 #include "components/math/blocks/pi.hpp"
 

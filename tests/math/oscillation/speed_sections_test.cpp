@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/speed_sections.hpp"
+#include "components/math/oscillation/oscillation_settings.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/slip_watch.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
 
 #include <gtest/gtest.h>
 

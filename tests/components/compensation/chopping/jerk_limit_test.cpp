@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/jerk_limit.hpp"
+#include "components/compensation/chopping/stroke_motion.hpp"
 
 #include "components/math/blocks/random.hpp"
 
@@ -13,12 +13,6 @@ namespace {
 
 constexpr double dt = 0.001;
 
-TEST(JerkLimit, TakesAsManySamplesAsTheJerkNeeds) {
-    EXPECT_EQ(JerkLimit::samples(1000, 1e9, dt), 1u);
-    EXPECT_EQ(JerkLimit::samples(1000, 100000, dt), 20u);
-    EXPECT_EQ(JerkLimit::samples(1000, 1, dt), JerkLimit::most + 1);
-}
-
 TEST(JerkLimit, OneSampleIsTheMotionItself) {
     JerkLimit limit;
     limit.reset(3, 1);
@@ -28,10 +22,10 @@ TEST(JerkLimit, OneSampleIsTheMotionItself) {
 
 // Reversals with +-a at any time: the jerk is bounded, and nothing grows.
 TEST(JerkLimit, BoundsTheJerkAndRaisesNothingElse) {
-    constexpr double a = 1000, jerk = 100000;
+    constexpr double a = 1000, jerk = 100000;  // 2 a in 20 samples
     Random random(1);
     JerkLimit limit;
-    limit.reset(1e3, JerkLimit::samples(a, jerk, dt));
+    limit.reset(1e3, 20);
     double z = 1e3, v = 0, sign = 1, last = 1e3, speed = 0, acceleration = 0, fastest = 0;
     for (int i = 0; i < 20000; ++i) {
         if (random.uniform() < 0.02 || std::abs(v) > 100) sign = v > 0 ? -1 : 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/measured_phase.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
 
 #include "components/math/blocks/random.hpp"
 #include "tests/math/oscillation/watched_oscillation.hpp"
