@@ -40,9 +40,11 @@ public:
         const double most = std::min(braking_speed(std::abs(lag) / dt, loss), limits.approach);
         const bool arrives = std::abs(lag) <= most * dt;
         const double wanted = (nearest - y_) / dt + (arrives ? lag / dt : std::copysign(most, lag));
-        const double possible =
-            std::clamp(wanted, -std::min({limits.rate, limits.down, stopping_at(-limits.bound, loss, dt)}),
-                       std::min({limits.rate, limits.up, stopping_at(limits.bound, loss, dt)}));
+        const double bound = std::copysign(limits.bound, wanted);
+        double most_now = std::min(limits.rate, wanted < 0 ? limits.down : limits.up);
+        if (!stops_easily(std::min(std::abs(wanted), most_now), bound, loss, dt))
+            most_now = std::min(most_now, stopping_at(bound, loss, dt));
+        const double possible = std::clamp(wanted, -most_now, most_now);
         const double speed = std::clamp(possible, speed_ - loss, speed_ + loss);
         const double rounding = 1e-9 * loss + 1e-15 * std::abs(target) / dt;
         const double next = arrives && std::abs(speed - wanted) <= rounding ? target : y_ + speed * dt;
@@ -89,12 +91,21 @@ public:
 private:
     // The speed towards a bound from which it stops there; 0 beyond it.
     double stopping_at(double bound, double loss, double dt) const noexcept {
-        return braking_speed(std::max(std::copysign(1, bound) * (bound - y_), 0.0) / dt, loss);
+        return braking_speed(way_to(bound) / dt, loss);
+    }
+    // False if it may have to brake; saves the root in nearly all periods. The way to rest from v is at most
+    // (v² / loss + v + loss / 4) dt / 2.
+    bool stops_easily(double speed, double bound, double loss, double dt) const noexcept {
+        return 2 * loss * way_to(bound) >= (speed * (speed + loss) + 2 * loss * loss) * dt;
+    }
+    double way_to(double bound) const noexcept {
+        return std::max(std::copysign(1, bound) * (bound - y_), 0.0);
     }
 
     // The speed from which the distance s, in units of dt, is just enough to stop, losing `loss` in each
     // period: s = v + (v - loss) + (v - 2 loss) + ..., n + 1 terms above 0.
     static double braking_speed(double s, double loss) noexcept {
+        if (s < 0.99 * loss) return s;  // one term
         const double n = std::floor((std::sqrt(1 + 8 * s / loss) - 1) / 2);
         return s / (n + 1) + loss * n / 2;
     }
