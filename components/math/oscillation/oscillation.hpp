@@ -343,7 +343,11 @@ private:
         const double margin = 2 * leg().margin();  // it brakes harder than at a turn
         const double low = lower_ + margin, high = upper_ - margin;
         const double from = leg().kind == Kind::regular ? low : plan().from(), end = braking.end();
-        const bool inside = end >= std::min(from, low) - nothing && end <= std::max(from, high) + nothing;
+        // An axis turns where its end was learned only if its command then leaves it as planned.
+        const bool left = leg().kind != Kind::regular ||
+                          (plan().upward() ? now.position >= low - nothing : now.position <= high + nothing);
+        const bool inside =
+            left && end >= std::min(from, low) - nothing && end <= std::max(from, high) + nothing;
         const bool still_outside = leg().comes_in && (plan().upward() ? end < lower_ : end > upper_) &&
                                    plan().upward() == (plan().from() < lower_);
         if (leg().kind == Kind::closing ? !still_outside : inside) begin_braking(braking, holds);

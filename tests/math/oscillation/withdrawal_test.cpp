@@ -455,6 +455,29 @@ TEST(AStopAtOnce, RestsWhereTheAxisMayStand) {
     }
 }
 
+// The axis itself turns later than its command, and farther out where the command brakes before.
+TEST(AStopAtOnce, WaitsUntilTheCommandIsBackFromAnEndThatIsLearnedOutside) {
+    Oscillation::Settings settings = usual();
+    settings.clear = Stop::lower;
+    settings.caution = 0.2;
+    for (const bool leaves : {true, false})
+        for (double place = 8.1; place < 10.4; place += 0.2) {
+            SCOPED_TRACE(testing::Message() << leaves << ' ' << place);
+            Watched its(settings, 25);
+            its.offset[0] = its.offset[1] = 2;
+            its.run(3);
+            its.until([&] { return its.it.upward() && its.it.second_half(); });
+            its.until([&] { return its.it.upward() && its.it.position() < 9; });
+            its.until([&] { return its.it.position() > place; });
+            if (leaves)
+                its.stop(Stop::leave);
+            else
+                its.hold = Stop::at_once;
+            its.until([&] { return its.it.state() == State::braking; });
+            EXPECT_GE(its.it.position(), 10.4 - nothing);
+        }
+}
+
 // Also not for the few periods in which a withdrawal that came late is planned.
 TEST(TheWayToTheEnd, NeverRestsAtAnEndThatIsLearnedForATurn) {
     Oscillation::Settings settings = usual();
