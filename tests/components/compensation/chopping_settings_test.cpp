@@ -70,6 +70,17 @@ const std::map<std::string, std::vector<double>> settings{
     {"max-beyond", {0, 1}},
     {"max-drift", {0}},
     {"max-following-error", {5, 0.01, -1}},
+    {"infeed-amount", {0.02, 0, -0.06, 1e7}},
+    {"infeed-total", {0.05, 0, 2, -1}},
+    {"infeed-clear", {0, 1, 3, 9}},
+    {"infeed-max-amount", {0.005, 0, -1}},
+    {"infeed-max-offset", {0.05, 0, -1}},
+    {"infeed-max-rate", {0.05, 0, 1e7}},
+    {"infeed-max-accel", {2, 0, 1e10}},
+    {"infeed-min-limit", {-0.03, 20}},
+    {"infeed-max-limit", {-20, 0}},
+    {"infeed-tolerance", {0, -1}},
+    {"infeed-clearance", {0, -1}},
 };
 
 // Inputs that are orders, measurements or records.
@@ -98,6 +109,10 @@ const std::set<std::string> others{"run",
                                    "stage-released",
                                    "program-word",
                                    "program-value",
+                                   "infeed-end",
+                                   "infeed-position",
+                                   "infeed-feedback",
+                                   "infeed-applied",
                                    "row",
                                    "forget",
                                    "restore",
@@ -121,17 +136,47 @@ std::vector<Case> cases() {
 }
 
 // An extra joint that strokes from -20 to -8 below R, with a section, at most at 120 mm/s.
+struct Axis {
+    bool learned = false, leads = false;
+    bool feeds = false;  // another axis feeds in by 10 um at each upper dead point
+
+    friend void PrintTo(const Axis& its, std::ostream* out) {
+        *out << (its.learned ? "learned" : its.leads ? "leads" : its.feeds ? "feeds in" : "plain");
+    }
+};
+
 class Attacked {
 public:
-    Attacked(std::uint64_t seed, bool learned, bool leads) : random_(seed) {
+    Attacked(std::uint64_t seed, const Axis& axis) : random_(seed) {
+        const auto& [learned, leads, feeds] = axis;
         wire(bench_);
-        for (const char* line :
-             {"setp chop.max-feed 120", "setp chop.max-rate 150", "setp chop.section-0-kind 2",
-              "setp chop.section-0-from -16", "setp chop.section-0-to -12", "setp chop.section-0-ratio 0.6",
-              "setp chop.section-1-from -19", "setp chop.section-1-to -18", "setp chop.section-1-ratio 2",
-              "loadrt ddt names=speed,growth", "net command => speed.in", "net v speed.out growth.in",
-              "addf speed servo-thread", "addf growth servo-thread"})
+        for (const char* line : {"setp chop.max-feed 120",
+                                 "setp chop.max-rate 150",
+                                 "setp chop.section-0-kind 2",
+                                 "setp chop.section-0-from -16",
+                                 "setp chop.section-0-to -12",
+                                 "setp chop.section-0-ratio 0.6",
+                                 "setp chop.section-1-from -19",
+                                 "setp chop.section-1-to -18",
+                                 "setp chop.section-1-ratio 2",
+                                 "loadrt ddt names=speed,growth,infeed-speed,infeed-growth",
+                                 "net command => speed.in",
+                                 "net v speed.out growth.in",
+                                 "addf speed servo-thread",
+                                 "addf growth servo-thread",
+                                 "net infeed chop.infeed-offset => infeed-speed.in",
+                                 "net infeed => chop.infeed-applied",
+                                 "net infeed-v infeed-speed.out infeed-growth.in",
+                                 "addf infeed-speed servo-thread",
+                                 "addf infeed-growth servo-thread",
+                                 "setp chop.infeed-min-limit -10",
+                                 "setp chop.infeed-max-limit 10"})
             bench_.command(line);
+        if (feeds) {
+            set("infeed-amount", -0.01);
+            set("infeed-total", 1);
+            set("infeed-clear", 2);
+        }
         if (leads) {
             set("lead", 0.005);
             set("jerk-time", 0.02);
@@ -143,6 +188,9 @@ public:
         bench_.expect(leads ? "abs(v) <= 150.001" : "abs(v) <= 120.001", {{"v", "speed.out"}});
         bench_.expect("z >= -20 - " + beyond + " && z <= " + beyond, {{"z", "chop.command"}});
         bench_.expect("z >= -20.005 && z <= 0.005", {{"z", "axis.truth-position"}});
+        bench_.expect("abs(x) <= 1", {{"x", "infeed-speed.in"}});
+        bench_.expect("abs(v) <= 1.001", {{"v", "infeed-speed.out"}});
+        bench_.expect("abs(a) <= 50.1", {{"a", "infeed-growth.out"}});
         if (learned) learn();
         for (const auto& [setting, values] : settings) usual_[setting] = get(setting);
     }
@@ -235,8 +283,8 @@ private:
 };
 
 // Every so many of the cases, from the first one that the seed gives.
-void attack_every(int stride, std::uint64_t seed, bool learned, bool leads) {
-    Attacked axis(seed, learned, leads);
+void attack_every(int stride, std::uint64_t seed, const Axis& its) {
+    Attacked axis(seed, its);
     const std::vector<Case> all = cases();
     std::cout << "cases: " << all.size() / static_cast<std::size_t>(stride) << "\n";
     for (std::size_t i = seed % static_cast<std::uint64_t>(stride); i < all.size();
@@ -250,24 +298,22 @@ void attack_every(int stride, std::uint64_t seed, bool learned, bool leads) {
     }
 }
 
-struct ChoppingSettingsAttack : testing::TestWithParam<std::pair<bool, bool>> {};
+struct ChoppingSettingsAttack : testing::TestWithParam<Axis> {};
 
 TEST_P(ChoppingSettingsAttack, NoSettingThatChangesInAnyPhaseBreaksALimitOrMovesAnAxisAtRest) {
     const char* const seed = std::getenv("CHOPPING_SEED");
-    const auto [learned, leads] = GetParam();
     if (seed)
-        attack_every(1, std::strtoull(seed, nullptr, 10), learned, leads);
+        attack_every(1, std::strtoull(seed, nullptr, 10), GetParam());
     else
-        attack_every(9, 1, learned, leads);
+        attack_every(9, 1, GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(Strokes, ChoppingSettingsAttack,
-                         testing::Values(std::pair(false, false), std::pair(true, false),
-                                         std::pair(false, true)));
+                         testing::Values(Axis{}, Axis{true}, Axis{false, true}, Axis{false, false, true}));
 
 TEST(ChoppingSettingsAttack, LeavesOutNoSetting) {
     Bench bench;
-    bench.command("loadrt chopping names=chop interlock=no sections=4");
+    bench.command("loadrt chopping names=chop interlock=no sections=4 infeed=1");
     int count = 0;
     for (const auto& [name, wired] : wiring(bench)) {
         const std::string pin = name.substr(name.find('.') + 1);
