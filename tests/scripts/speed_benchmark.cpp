@@ -459,6 +459,19 @@ void chopping_beside_pid(benchmark::State& state) {
     beside_pid(state, chopping());
 }
 
+// With the infeed of another axis, at each upper dead point until its total.
+void feeding_chopping_beside_pid(benchmark::State& state) {
+    Subject subject = chopping();
+    subject.options.emplace_back("infeed", "1");
+    for (const auto& [pin, value] : {std::pair{"amount", "-0.01"},
+                                     {"total", "1"},
+                                     {"clear", "2"},
+                                     {"min-limit", "-10"},
+                                     {"max-limit", "10"}})
+        subject.settings.emplace_back(std::string("infeed-") + pin, value);
+    beside_pid(state, subject);
+}
+
 // The most that a period can take: a section is another one in each, so that each is judged and plans.
 void planning_chopping_beside_pid(benchmark::State& state) {
     Subject subject = chopping();
@@ -567,6 +580,7 @@ BENCHMARK(squareness_with_directions_beside_tables)->UseManualTime()->Iterations
 BENCHMARK(drifting_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(contouring_squareness_with_tables_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(chopping_beside_pid)->UseManualTime()->Iterations(40);
+BENCHMARK(feeding_chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(planning_chopping_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(centre_height_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(computing_centre_height_beside_pid)->UseManualTime()->Iterations(40);
