@@ -29,7 +29,7 @@ public:
         changed_ = stops_ = held_ = settles_ = impatient_ = false;
         legs_[running_] = {};
         last_acceleration_ = 0;
-        late_ = limited_[0] = limited_[1] = false;
+        late_ = limited_[0] = limited_[1] = arrival_.happened = false;
         position_ = position;
         velocity_ = acceleration_ = 0;
         state_ = State::waiting;

@@ -582,5 +582,14 @@ TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
     }
 }
 
+// Else an infeed would act on it before the first stroke.
+TEST(Oscillation, AStartForgetsTheLastArrival) {
+    Watched its(usual());
+    its.until([&] { return its.it.arrival().happened; });
+    its.it.freeze(its.it.position());
+    its.it.start(usual(), its.it.position());
+    EXPECT_FALSE(its.it.arrival().happened);
+}
+
 }  // namespace
 }  // namespace plumb
