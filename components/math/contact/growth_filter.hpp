@@ -463,6 +463,7 @@ private:
     // Notes a claim. True if it agrees with one of another part, gauge or tool, by distance or by feed; those
     // that agree come first, `agreeing_` of them.
     bool claim(const Claim& its) noexcept {
+        if (claims_ == 0) stood_ = false;
         if (claims_ == most_claims) {
             std::move(claims_list_.begin() + 1, claims_list_.end(), claims_list_.begin());
             --claims_;
@@ -487,7 +488,6 @@ private:
     bool moved_at_once(const Reading& r, double all2, const Settings& s, double& unseen) noexcept {
         std::uint64_t tools = 0;
         double ww = 0, we = 0, wf = 0, wfe = 0, fastest = 0;  // sums for a distance and for a delay
-        std::int32_t first = r.cycle;
         bool two_feeds = false;
         for (std::int32_t i = 0; i < agreeing_; ++i) {
             const Claim& its = claims_list_[i];
@@ -498,15 +498,14 @@ private:
             wfe += its.error * its.feed / its.noise2;
             two_feeds |= feeds_differ(its, claims_list_[0]);
             fastest = std::min(fastest, its.feed);
-            first = std::min(first, its.cycle);
         }
         const bool late = two_feeds && squared(wfe) / wf > squared(we) / ww + squared(rare);
         const double size = late ? wfe / wf * fastest : we / ww;
         bool others = false;
         for (std::int32_t i = 0; i < most_gauges; ++i) others |= !(tools & bit(i)) && seen_[i] >= r.cycle - 1;
         if (tools == r.of_tool && others) {
-            if (agreeing_ > 2 || first < r.cycle) shift_tool(tools, size);
-            return false;
+            if (stood_) shift_tool(tools, size);
+            return false;  // else another tool decides
         }
         claims_ = 0;
         if (of_all() && std::abs(state_[moved] + size) <= test * std::sqrt(all2)) {  // they are back
@@ -514,12 +513,13 @@ private:
             close();
             return true;
         }
-        // A machine that has moved at once before moves so by growth.
-        const double p = of_all() ? 1 : probability_of_growth(size, all2, r.cycle, s);
-        if (p > decided) return true;
-        probability_ = std::max(p, least);
-        open_ = late ? Shift::by_feed : r.other_tools ? Shift::all : Shift::only_tool;
-        fastest_ = fastest;
+        if (!of_all()) {
+            const double p = probability_of_growth(size, all2, r.cycle, s);
+            if (p > decided) return true;
+            probability_ = std::max(p, least);
+            open_ = late ? Shift::by_feed : r.other_tools ? Shift::all : Shift::only_tool;
+            fastest_ = fastest;
+        }  // else it is a part of the question that is open
         covariance_(moved, moved) += squared(s.cap);
         return false;
     }
@@ -527,11 +527,12 @@ private:
     // A contact fits while others claim a move: theirs is of their tool alone, or came once.
     void stands(const Reading& r) noexcept {
         const Claim& its = claims_list_[0];
-        if (its.of_tool != r.of_tool && claims_ > 1) {
+        if (its.of_tool != r.of_tool) {
+            stood_ = true;
             double sum = 0;
-            for (std::int32_t i = 0; i < claims_; ++i) sum += claims_list_[i].error;
-            shift_tool(its.of_tool, sum / claims_);
-        } else if (its.of_tool == r.of_tool && its.cycle < r.cycle) {
+            for (std::int32_t i = 0; i < agreeing_; ++i) sum += claims_list_[i].error;
+            if (agreeing_ > 1) shift_tool(its.of_tool, sum / agreeing_);
+        } else if (its.cycle < r.cycle) {
             claims_ = 0;
         }
     }
@@ -616,6 +617,7 @@ private:
     std::array<std::int8_t, most_gauges> slots_{};  // of each gauge in the state
     std::array<std::int32_t, most_gauges> seen_{};  // part of its last contact
     std::array<double, most_gauges> of_gauge_{};    // shift of its tool
+    bool stood_ = false;                            // a contact of another tool fitted while claims waited
     bool started_ = false, known_ = false, first_known_ = false, doubtful_ = false, answered_ = false;
     bool by_speed_ = false;  // settings of the start
     double expected_growth_ = 0, temperature_growth_ = 0, repeatability_ = 0;

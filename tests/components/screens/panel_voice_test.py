@@ -139,7 +139,7 @@ class Statuses(unittest.TestCase):
         speaker = Speaker(pins_of(DECLARED["thermal_displacement"], "growth"))
         ((tell, text),) = speaker.say(growth__status_code=53, growth__shift_size=-0.0304)
         self.assertEqual(tell, "text")
-        self.assertRegex(text, r"^Growth of Z: All contacts moved at once: .*\. Size: \u221230\.4 \u00b5m\. .*growth_answer.*$")
+        self.assertRegex(text, r"^Growth of Z: All contacts moved at once, .*\. Size: \u221230\.4 \u00b5m\. .*growth_answer.*$")
 
 
 class Faults(unittest.TestCase):

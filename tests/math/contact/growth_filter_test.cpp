@@ -131,6 +131,38 @@ TEST(GrowthFilter, AShiftOfAllContactsIsAskedAboutAndHarmsNoPartEitherWay) {
         }
 }
 
+// Another fixture while the question of other blanks is open.
+TEST(GrowthFilter, AFurtherMoveIsAPartOfTheQuestionThatIsOpen) {
+    for (const double first : {-14 * um, 20 * um}) {
+        Machine machine;
+        for (int n = 1; n <= 20; ++n) machine.cycles(2, n * um, n * um, n * um);
+        for (int n = 0; n < 3; ++n) machine.cycles(1, 20 * um + first, 20 * um + first, 20 * um + first);
+        ASSERT_EQ(machine.filter.shift(machine.settings), Shift::all) << first;
+        const double z = 20 * um + first + 50 * um;
+        for (int n = 0; n < 20; ++n) {
+            machine.cycles(1, z, z, z);
+            EXPECT_EQ(machine.filter.shift(machine.settings), Shift::all);
+            for (const double truth : {20 * um, z})
+                EXPECT_LE(std::abs(machine.filter.offset() - truth), std::abs(truth) + 5 * um) << first;
+        }
+        EXPECT_NEAR(machine.filter.shift_size(), first + 50 * um, 3 * um);
+    }
+}
+
+// The first tool of a part has moved. Whether the second has too, it shows itself.
+TEST(GrowthFilter, OneToolIsAskedAboutOnceAnotherHasStood) {
+    for (const bool both : {false, true}) {
+        Machine machine;
+        machine.cycles(4, 0, 0, 0);
+        machine.begin();
+        machine.contact(0, 30 * um);
+        machine.contact(1, 30 * um);
+        EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
+        machine.contact(2, both ? 30 * um : 0);
+        EXPECT_EQ(machine.filter.shift(machine.settings), both ? Shift::all : Shift::one_tool);
+    }
+}
+
 TEST(GrowthFilter, TheAnswersToAShift) {
     Machine growth, other;
     for (Machine* machine : {&growth, &other}) {
