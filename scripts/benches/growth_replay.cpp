@@ -2,7 +2,7 @@
 // Replays the contacts of a file of scripts/bench rivals, from stdin, through the filter of
 // thermal_displacement, and writes "OFFSET SIGMA TOLD" in um for each of its cuts. Seconds of a machine take
 // microseconds.
-#include "components/math/contact/growth_filter.hpp"
+#include "components/compensation/thermal_displacement/growth_filter.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,8 +4,8 @@
 // structure, or any function.
 #pragma once
 
+#include "components/compensation/thermal_displacement/growth_filter.hpp"
 #include "components/math/blocks/random.hpp"
-#include "components/math/contact/growth_filter.hpp"
 
 #include <algorithm>
 #include <array>
@@ -123,8 +123,7 @@ struct GrowthShop {
     std::function<double(double time, std::size_t gauge)> shift = [](double, std::size_t) { return 0.0; };
     std::function<void(double, GrowthFilter&)> every_part = [](double, GrowthFilter&) {};
 
-    std::vector<Cut> run(const GrowthTruth& truth, double hours, std::uint64_t seed,
-                         GrowthFilter& growth) {
+    std::vector<Cut> run(const GrowthTruth& truth, double hours, std::uint64_t seed, GrowthFilter& growth) {
         Random random(seed, 11);
         std::vector<double> reference(gauges.size(), 0.0), own(gauges.size(), 0.0);
         std::vector<Cut> cuts;
@@ -158,7 +157,8 @@ struct GrowthShop {
             const double cut_offset = offset;
             const Doubt doubt = growth.doubt();
             const bool known = growth.known();
-            const double sigma = std::hypot(growth.sigma(settings), growth.apart(), growth.growth() - cut_offset);
+            const double sigma =
+                std::hypot(growth.sigma(settings), growth.apart(), growth.growth() - cut_offset);
             bool accepted = true;
             if (part <= 1) {
                 if (gauge == 0) zero = grown;

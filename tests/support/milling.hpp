@@ -3,7 +3,7 @@
 // so that a test can state the right result; the simulated mill of components/plants is not.
 #pragma once
 
-#include "components/math/contact/growth_by_contact.hpp"
+#include "components/compensation/thermal_displacement/growth_by_contact.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/math/contact/contact_rejection.hpp"
-#include "components/math/contact/growth_filter.hpp"
-#include "components/math/contact/learning_check.hpp"
-#include "components/math/contact/reference_refusal.hpp"
+#include "components/compensation/thermal_displacement/contact.hpp"
+#include "components/compensation/thermal_displacement/contact_cycle.hpp"
+#include "components/compensation/thermal_displacement/growth_filter.hpp"
 #include "hal/first.hpp"
 #include "hal/status.hpp"
 
@@ -156,10 +155,11 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::uncertain: return awaited("The growth is less certain than the tolerance of the work.");
         case S::held_back: return awaited("The growth is so uncertain that only a part of it is applied.");
         case S::asks:
-            return doubted("All contacts moved at once, by growth or not: the offset harms no part either way.",
-                           "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
-                           "the panel, or by growth_answer, whether it is growth.",
-                           "", "shift-size");
+            return doubted(
+                "All contacts moved at once, by growth or not: the offset harms no part either way.",
+                "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
+                "the panel, or by growth_answer, whether it is growth.",
+                "", "shift-size");
         case S::asks_of_tool:
             return doubted(
                 "The contacts of one tool moved at once, others did not: the offset leaves that out.",
@@ -167,10 +167,11 @@ constexpr hal::Said said(DisplacementStatus status) {
                 "growth.",
                 "", "shift-size");
         case S::asks_of_feeds:
-            return doubted("The contacts moved in proportion to their feeds: the offset harms no part either way.",
-                           "Another latency or filter of the drive? Answer on the panel, or by "
-                           "growth_answer, whether it is growth.",
-                           "", "shift-size");
+            return doubted(
+                "The contacts moved in proportion to their feeds: the offset harms no part either way.",
+                "Another latency or filter of the drive? Answer on the panel, or by "
+                "growth_answer, whether it is growth.",
+                "", "shift-size");
         case S::asks_origin:
             return doubted("The work offset or a tool length has changed without a reason.",
                            "Give the reason on the panel, or by growth_answer: a new zero, growth corrected "

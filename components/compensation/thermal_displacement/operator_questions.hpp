@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/thermal_displacement/growth_by_contact.hpp"
 #include "components/math/blocks/edge.hpp"
-#include "components/math/contact/growth_by_contact.hpp"
 #include "hal/component.hpp"
 
 #include <cmath>

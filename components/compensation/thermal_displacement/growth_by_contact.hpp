@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+// The growth of a spindle, by the contacts of a program, period by period.
+//
+// 1. A cycle begins or ends: ContactCycle learns from it, or compares with its reference.
+// 2. ProgramOrigin sees a change of zero or tool length; its reason moves the references, or is asked for.
+// 3. ContactFinder finds a contact; it is learned, or compared, and GrowthFilter judges it.
+// 4. At events, and else each sixteenth period, the growth, its authority and its doubt are judged anew.
+#pragma once
+
+#include "components/compensation/thermal_displacement/contact.hpp"
+#include "components/compensation/thermal_displacement/contact_cycle.hpp"
+#include "components/compensation/thermal_displacement/contact_finder.hpp"
+#include "components/compensation/thermal_displacement/growth_filter.hpp"
+#include "components/math/blocks/edge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace plumb {
+
+// Work offset and tool length, and when they change. A reason holds for a while after it was given, because
+// the change may come late from another program.
+//
+// A zero takes in the growth at that moment, less the offset that is in force: the growth to come is lower by
+// as much, unless the zero was corrected by it.
+class ProgramOrigin {
+public:
+    static constexpr double patience = 1;  // s for which a reason holds
+
+    struct Now {
+        double work_offset = 0, tool_length = 0;  // mu
+        std::int32_t tool = 0;
+        OriginReason reason = OriginReason::none;  // that is being given
+        double growth = 0, applied_offset = 0;     // mu
+    };
+
+    // One period of dt > 0, in s. A length of 0 is a tool without G43.
+    void step(const Now& now, double dt) noexcept {
+        given_ = now.reason != OriginReason::none && now.reason != now_.reason;
+        waited_ = now.reason == OriginReason::none ? waited_ + dt : 0;
+        if (now.reason != OriginReason::none) reason_ = now.reason;
+        if (waited_ > patience) reason_ = OriginReason::none;
+        before_ = now_.work_offset;
+        offset_changed_ = known_ && differ(now.work_offset, before_);
+        length_changed_ = known_ && now.tool == now_.tool && differ(now.tool_length, now_.tool_length) &&
+                          now.tool_length != 0;
+        if (offset_changed_) {
+            in_offset_ = now.growth - now.applied_offset;
+            if (root_holds_) root_ = before_;
+            root_holds_ = reason_ != OriginReason::none || !differ(now.work_offset, root_);
+        }
+        if (length_changed_) in_length_ = now.growth - now.applied_offset;
+        now_ = now;
+        known_ = true;
+    }
+
+    bool offset_changed() const noexcept { return offset_changed_; }  // in this period
+    bool length_changed() const noexcept { return length_changed_; }  // of the tool in the spindle
+    double offset_before() const noexcept { return before_; }         // mu
+    double offset_root() const noexcept { return root_; }             // ... before changes without a reason
+    const Now& now() const noexcept { return now_; }
+
+    bool reason_given() const noexcept { return given_; }  // in this period
+    OriginReason reason() const noexcept { return reason_; }
+
+    // Growth that the last change has taken in, mu.
+    double in_offset() const noexcept { return in_offset_; }
+    double in_length() const noexcept { return in_length_; }
+
+    static bool differ(double a, double b) noexcept { return std::abs(a - b) > 1e-6; }  // mu
+
+private:
+    Now now_;
+    bool known_ = false, offset_changed_ = false, length_changed_ = false, given_ = false;
+    OriginReason reason_ = OriginReason::none;
+    bool root_holds_ = true;  // no change without a reason has followed it
+    double waited_ = 0, before_ = 0, root_ = 0, in_offset_ = 0, in_length_ = 0;
+};
+
+// Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them
+// with the reference, and accepts contacts that can be compared and lie within the gate.
+class GrowthByContact {
+public:
+    struct Settings {
+        Method method = Method::coordinate;
+        std::int32_t reference_cycles = 1;  // cycles in the mean
+        ContactFinder::Settings finder;
+        ContactLimits limits;
+        GrowthFilter::Settings growth;
+
+        bool valid() const noexcept {
+            return reference_cycles >= 1 && finder.valid() && limits.valid() && growth.valid();
+        }
+    };
+
+    using Sample = ContactFinder::Sample;
+    using Lost = ContactFinder::Lost;
+    static Sample judged(const Sample& s) noexcept { return ContactFinder::judged(s); }
+
+    // The result of a period.
+    enum class Event { none, contact, accepted };
+
+    // One period of dt > 0, in s. The sample is judged. `at_zero`: no offset is in force, as it must be while
+    // learning. The settings must be valid.
+    Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        follow_cycle(s, settings);
+        follow_origin(s, dt);
+        waited_ += dt;
+        const Event event = find(s, at_zero, settings, dt);
+        const std::int32_t state = 4 * cycle_.running() + 2 * s.load_lost + tally_.barren();
+        due_ = ++periods_ >= seldom || waited_ >= longest_wait || event != Event::none ||
+               std::exchange(state_, state) != state;
+        if (due_) apply(s, event, settings);
+        return event;
+    }
+
+    // Growth, authority and doubt were judged in this period: at an event, and else each sixteenth period.
+    bool due() const noexcept { return due_; }
+
+    const ContactCycle& cycle() const noexcept { return cycle_; }
+    const ReferenceRefusal& refusal() const noexcept { return refusal_; }
+    const LoadContact& detector() const noexcept { return finder_.detector(); }
+    bool in_work() const noexcept { return finder_.in_work(); }  // see there
+
+    // The growth is known to half of the narrowest gate at best.
+    bool uncertain(const Settings& settings) const noexcept {
+        return !known() || filter_.sigma(settings.growth) > 0.5 * settings.growth.floor;
+    }
+    const CycleTally& tally() const noexcept { return tally_; }
+
+    // The growth may be applied: nothing is being learned, and the reference is not refused.
+    bool applicable() const noexcept {
+        return !cycle_.learning() && refusal_.reason() == Refusal::none &&
+               (refusal_.compares() || !cycle_.running());
+    }
+
+    // The last contact, even a rejected one.
+    const Contact& contact() const noexcept { return finder_.found().contact; }
+    const ContactKey& contact_key() const noexcept { return finder_.found().key; }
+
+    // By the last contact that could be compared, in mu.
+    double growth() const noexcept { return growth_; }
+    double sigma() const noexcept { return sigma_; }
+
+    bool known() const noexcept { return filter_.known(); }
+    const GrowthFilter& filter() const noexcept { return filter_; }
+
+    // The answers to a shift, see GrowthFilter. Without a shift they change nothing.
+    void shift_is_growth() noexcept { filter_.shift_is_growth(); }
+    void shift_is_not_growth() noexcept {
+        if (filter_.shift_size() == 0 || cycle_.learning()) return;
+        for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
+            cycle_.displace(i, filter_.displaced(i, cycle_.references()[i].contact.feed));
+        filter_.shift_is_corrected();
+    }
+
+    // Change of the program's origin that nobody has explained, in mu; 0 for none. Until then the contacts
+    // count as if the program had another depth.
+    double origin_change() const noexcept { return asked_.change; }
+
+    double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
+    // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
+    double learning_growth() const noexcept { return learning_growth_; }
+
+    // See ReferenceRefusal.
+    void acknowledge() noexcept { refusal_.acknowledge(); }
+
+    // See ContactCycle. The growth is unknown then.
+    bool restore(const ContactReference& reference) noexcept {
+        if (!cycle_.restore(reference)) return false;
+        forget_growth();
+        return true;
+    }
+    void forget() noexcept {
+        forget_growth();
+        cycle_.forget();
+    }
+
+private:
+    static constexpr std::int32_t seldom = 16;    // periods
+    static constexpr double longest_wait = 0.05;  // s
+
+    // The growth as it is now, before its contact is judged.
+    void predict(const Sample& s, const Settings& settings) noexcept {
+        if (waited_ <= 0) return;
+        machine_.speed = s.speed;
+        machine_.temperature = s.temperature;
+        machine_.temperature_valid = s.temperature_valid;
+        filter_.predict(machine_, settings.growth, waited_);
+        since_applied_ += std::exchange(waited_, 0);
+        periods_ = 0;
+    }
+
+    void apply(const Sample& s, Event event, const Settings& settings) noexcept {
+        predict(s, settings);
+        machine_.reference_sigma = reference_sigma_;
+        machine_.load_valid = !s.load_lost;
+        machine_.barren = tally_.barren();
+        machine_.in_cycle = cycle_.running();
+        machine_.accepted = event == Event::accepted;
+        machine_.origin = asked_.change != 0;
+        filter_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
+    }
+
+    Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+        if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
+        step_ = s.step;
+        const auto found = finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt);
+        if (rose_again_.rises(finder_.detector().rose_again())) cycle_.doubt(finder_.found().key);
+        switch (found) {
+            case ContactFinder::Found::contact: predict(s, settings); return judge(Rejection::none, settings);
+            case ContactFinder::Found::blanked: return judge(Rejection::blanked, settings);
+            case ContactFinder::Found::no_onset: return judge(Rejection::no_onset, settings);
+            case ContactFinder::Found::lost:
+                tally_.find();
+                cycle_.spoil();
+                reject(Rejection::no_onset);
+                return Event::none;
+            default: return Event::none;
+        }
+    }
+
+    // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
+    void follow_cycle(const Sample& s, const Settings& settings) noexcept {
+        const bool starts = running_.rises(s.cycle_running);
+        if (cycle_.running() && !(s.enable && s.cycle_running)) {
+            const bool complete = s.enable && s.cycle_complete;
+            CycleTally::Cycle its;
+            its.learning = cycle_.learning();
+            its.compared = refusal_.compares();
+            its.complete = s.cycle_complete;
+            its.enabled = s.enable;
+            if (finder_.end()) cycle_.spoil();
+            const ContactCycle::Ended ended =
+                cycle_.end(complete, settings.method, settings.reference_cycles, settings.growth.floor);
+            its.new_reference = its.learning && ended.fault == LearningFault::none && cycle_.learnt() == 0;
+            its.missed = ended.missed;
+            its.fault = ended.fault;
+            if (its.new_reference) {
+                filter_.renew_gauges();
+                asked_ = {};
+                learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
+            }
+            reference_sigma_ = judge_references(settings);
+            refusal_.end(complete && !its.learning);
+            tally_.end(its);
+        }
+        if (s.enable && starts) {
+            cycle_.begin(s.learn, s.setup);
+            refusal_.begin(cycle_.references(), s.setup, s.learn);
+            finder_.begin(settings.finder.program_clock);
+            tally_.begin();
+            reference_sigma_ = judge_references(settings);
+            usual_growth_ = usual_growth(settings);
+            setup_ = s.setup;
+        }
+    }
+
+    // A reason moves the references with the origin, or lets them go to another depth.
+    void follow_origin(const Sample& s, double dt) noexcept {
+        if (s.lost == Lost::position || s.lost == Lost::offset) return;
+        const double grown = known() ? filter_.growth() : 0;
+        origin_.step({s.work_offset, s.tool_length, s.tool, s.origin_reason, grown, s.applied_offset}, dt);
+        const OriginReason reason = origin_.reason();
+        if (reason == OriginReason::none) return;
+        if (origin_.reason_given() && asked_.change != 0) explain(reason);
+        if (origin_.offset_changed()) {
+            move_zero(origin_.offset_before(), s.work_offset, reason, 0);
+            // A zero replaces changes before it, whatever their reason was.
+            if (reason == OriginReason::zero) move_zero(origin_.offset_root(), s.work_offset, reason, 0);
+        }
+        if (origin_.length_changed()) measure_tool(s.tool, s.tool_length, reason, 0);
+    }
+
+    // The references of a work offset get a new one, and with a new zero the growth in it is counted no more.
+    void move_zero(double before, double now, OriginReason reason, double growth) noexcept {
+        cycle_.each([&](ContactReference& its) noexcept {
+            if (!ProgramOrigin::differ(its.contact.work_offset, before))
+                its.contact.have_origin(now, its.contact.tool_length, reason != OriginReason::depth);
+        });
+        if (reason == OriginReason::by_hand) growth = now - before;
+        if (known() && reason != OriginReason::depth && growth != 0) filter_.displace(-growth);
+    }
+
+    // A correction of growth in the length of one tool is another depth: the others do not have it.
+    void measure_tool(std::int32_t tool, double length, OriginReason reason, double growth) noexcept {
+        cycle_.each([&](ContactReference& its) noexcept {
+            if (its.key.tool != tool) return;
+            its.contact.have_origin(its.contact.work_offset, length, reason == OriginReason::zero);
+            if (reason == OriginReason::zero) its.contact.coordinate -= growth;
+        });
+    }
+
+    // Answers the question of the origin.
+    void explain(OriginReason reason) noexcept {
+        const Asked its = std::exchange(asked_, Asked());
+        if (ProgramOrigin::differ(its.now.work_offset, its.before.work_offset))
+            move_zero(its.before.work_offset, its.now.work_offset, reason, its.in_offset);
+        if (ProgramOrigin::differ(its.now.tool_length, its.before.tool_length))
+            measure_tool(its.tool, its.now.tool_length, reason, its.in_length);
+        if (filter_.shift_size() != 0) filter_.shift_is_corrected();
+    }
+
+    // The contact has another origin than its reference, and nobody has said why. The contact itself shows
+    // whether the work has moved with the zero, or the tool has another length. If not, it is asked.
+    void compare_origins(const ContactReference& partner, const Settings& settings) noexcept {
+        const Contact &now = finder_.found().contact, &before = partner.contact;
+        const double change = now.origin_since(before);
+        if (!(std::abs(change) > smallest_change)) {
+            if (asked_.change != 0 && partner.key.tool == asked_.tool) asked_ = {};
+            return;
+        }
+        if (before.work_offset == 0 && before.tool_length == 0) {  // a record of before the origin was kept
+            cycle_.each([&](ContactReference& its) noexcept {
+                if (!(its.key == partner.key)) return;
+                its.contact.work_offset = now.work_offset;
+                its.contact.tool_length = now.tool_length;
+            });
+            return;
+        }
+        asked_ = {change, now, before, partner.key.tool, origin_.in_offset(), origin_.in_length()};
+        const double in_program = plumb::growth(settings.method, now, before);
+        const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
+        const auto expected = filter_.expected(reading(partner, settings), settings.growth);
+        const double taken_in = zero ? asked_.in_offset : asked_.in_length;
+        const double moved = (in_program - expected.mean + taken_in) / expected.sigma;
+        const double stood = (in_program + change - expected.mean) / expected.sigma;
+        if (std::abs(moved) < 3 && stood * stood - moved * moved > decisive) explain(OriginReason::zero);
+    }
+
+    // Accepts or rejects the noted contact, unless it is rejected already.
+    Event judge(Rejection rejection, const Settings& settings) noexcept {
+        tally_.find();
+        const bool learning = cycle_.learning();
+        const bool fresh = learning && cycle_.learnt() == 0;  // there is nothing to compare with yet
+        if (!learning && !comparable(finder_.found().setup)) return reject(Rejection::no_reference);
+        return judge_comparable(rejection, fresh, settings);
+    }
+
+    Event judge_comparable(Rejection rejection, bool fresh, const Settings& settings) noexcept {
+        const bool learning = cycle_.learning();
+        const ContactReference* partner = cycle_.partner(finder_.found().key);
+        if (rejection != Rejection::none) return reject(rejection);
+        if (finder_.steady_time() < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
+        if (learning && lacks_clock(settings.method, finder_.found().contact)) {
+            cycle_.lack_clock();
+            return reject(Rejection::no_clock);
+        }
+        if (std::abs(finder_.misplaced()) > harmless(settings)) {
+            if (learning) cycle_.doubt(finder_.found().key);
+            return reject(Rejection::rises_twice);
+        }
+        const Rejection reason = fresh      ? Rejection::none
+                                 : !partner ? Rejection::unexpected
+                                            : compare(*partner, settings);
+        if (learning) cycle_.learn(finder_.found(), !fresh && reason == Rejection::none);
+        if (reason != Rejection::none) return reject(reason);
+        const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
+        if (learning) filter_.learn(fresh ? 0 : growth_, sigma, fresh, settings.growth);
+        tally_.accept(learning);
+        return learning ? Event::contact : Event::accepted;
+    }
+
+    // mu, a displacement of a contact that matters little.
+    static double harmless(const Settings& settings) noexcept { return settings.growth.floor / 5; }
+
+    bool comparable(const MachiningSetup& setup) const noexcept {
+        return refusal_.compares() && cycle_.references().made_with(setup);
+    }
+
+    Rejection compare(const ContactReference& partner, const Settings& settings) noexcept {
+        const Contact& now = finder_.found().contact;
+        const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
+        refusal_.compared(reason);
+        if (reason != Rejection::none) return reason;
+        if (rises_unlike(now, partner.contact, partner.cycles, harmless(settings)))
+            return Rejection::unlike_reference;
+        if (!cycle_.learning()) compare_origins(partner, settings);
+        growth_ = plumb::growth(settings.method, now, partner.contact);
+        if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
+        sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
+        const GrowthFilter::Reading r = reading(partner, settings);
+        return cycle_.learning() ? filter_.compare(r, settings.growth) : filter_.judge(r, settings.growth);
+    }
+
+    GrowthFilter::Reading reading(const ContactReference& partner, const Settings& settings) const noexcept {
+        const ContactReferences& references = cycle_.references();
+        GrowthFilter::Reading r;
+        r.growth = growth_;
+        r.noise = std::hypot(std::max(finder_.found().contact.sigma, partner.scatter),
+                             feed_sigma(finder_.found().contact, partner.contact));
+        r.reference_sigma = own_sigma(partner, settings);
+        r.step = step_;
+        r.feed = finder_.found().contact.feed;
+        r.gauge = references.find(partner.key);
+        r.cycle = cycle_.number();
+        for (std::int32_t i = 0; i < references.size(); ++i) {
+            if (references[i].key.tool == partner.key.tool)
+                r.of_tool |= std::uint64_t{1} << i;
+            else
+                r.other_tools |= !filter_.withdrawn(i);
+        }
+        return r;
+    }
+
+    double usual_growth(const Settings& settings) const noexcept {
+        return filter_.usual_growth(settings.growth);
+    }
+
+    static double own_sigma(const ContactReference& reference, const Settings& settings) noexcept {
+        const double scatter = std::max(reference.scatter, settings.growth.repeatability);
+        return std::max(reference.contact.sigma,
+                        std::hypot(reference.contact.sigma, scatter / std::sqrt(reference.cycles)));
+    }
+
+    // Of all gauges together.
+    double judge_references(const Settings& settings) const noexcept {
+        double sum = 0;
+        const ContactReferences& references = cycle_.references();
+        for (std::int32_t i = 0; i < references.size(); ++i) {
+            const double sigma = own_sigma(references[i], settings);
+            sum += 1 / (sigma * sigma);
+        }
+        return sum > 0 ? 1 / std::sqrt(sum) : 0;
+    }
+
+    void forget_growth() noexcept {
+        asked_ = {};
+        filter_.forget();
+        tally_.forget();
+    }
+
+    Event reject(Rejection reason) noexcept {
+        tally_.reject(reason);
+        return Event::contact;
+    }
+
+    static constexpr double smallest_change = 1e-5;  // mu, of an origin
+    static constexpr double decisive = 10;  // twice the logarithm of a ratio of likelihoods, 150 to 1
+
+    // A change of the origin without a reason: at a contact of this tool, and at its reference.
+    struct Asked {
+        double change = 0;  // mu
+        Contact now, before;
+        std::int32_t tool = 0;
+        double in_offset = 0, in_length = 0;  // mu, growth that it has taken in
+    };
+
+    ContactFinder finder_;
+    ContactCycle cycle_;
+    ProgramOrigin origin_;
+    Asked asked_;
+    GrowthFilter filter_;
+    CycleTally tally_;
+    double reference_sigma_ = 0;
+    double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
+    Edge running_, rose_again_;
+    MachiningSetup setup_;  // as the cycle began
+    ReferenceRefusal refusal_;
+
+    double growth_ = 0;
+    double sigma_ = 0;
+    double step_ = 0;
+    GrowthFilter::Machine machine_;
+    double waited_ = 0, since_applied_ = 0;  // s since growth was predicted, and applied
+    std::int32_t periods_ = 0;               // since it was predicted
+    bool due_ = false;
+    std::int32_t state_ = 0;  // of cycle and load, in the last period
+};
+
+}  // namespace plumb
