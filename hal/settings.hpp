@@ -46,9 +46,10 @@ public:
         return changed;
     }
 
-    // The pin of a member, for hal::Offset.
-    const Pin<double>& pin_of(const double& member) const {
-        return std::get<Members<double>>(pins_->all).pin_of(member);
+    // The pin of a member, for hal::Offset and hal::Effects.
+    template <class T>
+    const Pin<T>& pin_of(const T& member) const {
+        return std::get<Members<T>>(pins_->all).pin_of(member);
     }
 
     bool in_range = true;  // each member that is judged by its range

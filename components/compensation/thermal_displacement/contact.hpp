@@ -7,6 +7,8 @@
 // 3. comparison() and rises_unlike() reject a contact that shows something else than growth.
 #pragma once
 
+#include "components/compensation/thermal_displacement/displacement_settings.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -50,8 +52,6 @@ struct Contact {
         if (time > 0) time = std::max(time + distance / feed, 1e-9);
     }
 };
-
-enum class Method { coordinate, time };
 
 // Why the origin of the program along Z has changed: a new zero, or a tool measured again; a correction of
 // the growth by hand; or another depth.
@@ -259,20 +259,6 @@ constexpr const char* sentence(Rejection rejection) {
     }
 }
 
-struct ContactLimits {
-    double window = 0;               // mu, about the coordinate of the reference
-    double feed_tolerance = 0;       // part of the feed of the reference
-    double lost_time_tolerance = 0;  // s
-    double steady_time = 0;          // s of steady feed before the contact
-    double feed_range = 0.5;         // as feed_tolerance, by coordinate: beyond it costs certainty
-
-    bool valid() const noexcept {
-        return window >= 0 && window <= 1e3 && feed_tolerance >= 0 && feed_tolerance <= 1 &&
-               feed_range >= 0 && feed_range <= 0.9 && lost_time_tolerance >= 0 &&
-               lost_time_tolerance <= 1e3 && steady_time >= 0 && steady_time <= 1e3;
-    }
-};
-
 // Whether two feeds, or overrides, are the same: b that of a.
 inline bool alike(double b, double a, double tolerance) noexcept {
     return std::abs(b - a) <= tolerance * std::abs(a);
@@ -286,7 +272,7 @@ inline bool lacks_clock(Method method, const Contact& contact) noexcept {
 // Whether contact b can be compared with its reference a. By time a different feed is rejected and not scaled
 // away: the place of a loss is unknown. By coordinate it costs certainty, see feed_sigma().
 inline Rejection comparison(Method method, const Contact& b, const Contact& a,
-                            const ContactLimits& limits) noexcept {
+                            const DisplacementSettings& limits) noexcept {
     const double tolerance =
         method == Method::time ? limits.feed_tolerance : std::max(limits.feed_tolerance, limits.feed_range);
     if (!alike(b.feed, a.feed, tolerance) || !alike(b.feed_override, a.feed_override, tolerance))

@@ -154,28 +154,14 @@ enum class Travel { towards_work, other, clear };
 //    after a change of speed, and when the load has fallen.
 class LoadContact {
 public:
-    struct Settings {
-        double threshold = 0;      // % over the baseline
-        double release = 0;        // % over the baseline, not above the threshold
-        double smoothing = 0;      // s, time constant of a filter on the load
-        double debounce = 0;       // s
-        double baseline_time = 0;  // s, time constant
-        double blanking_time = 0;  // s after a change of speed
-
-        bool valid() const noexcept {
-            return threshold > 0 && threshold <= 1e3 && release >= 0 && release <= threshold &&
-                   smoothing >= 0 && smoothing <= 10 && debounce >= 0 && debounce <= 10 &&
-                   baseline_time > 0 && baseline_time <= 1e3 && blanking_time >= 0 && blanking_time <= 1e3;
-        }
-    };
-
     // A rise is reported when it begins, so that the caller can note the place; then whether it was a
     // contact.
     enum class Event { none, rise, contact, blanked };
 
     // One period of dt > 0, in s. load in % and speed in rpm; a value that is not finite ends a rise, and
     // blanks as a change of speed does.
-    Event step(double load, double speed, Travel travel, const Settings& settings, double dt) noexcept {
+    Event step(double load, double speed, Travel travel, const DisplacementSettings& settings,
+               double dt) noexcept {
         const bool usable = std::abs(load) <= largest && std::abs(speed) <= largest;
         if (!usable || std::abs(speed - speed_) > same_speed) {
             blanking_left_ = settings.blanking_time;
@@ -316,18 +302,6 @@ private:
 // the state of the machine then. Reports, too, whether a tool may be in the work.
 class ContactFinder {
 public:
-    struct Settings {
-        bool program_clock =
-            false;  // the clock starts with the cycle and at each mark, not at the start height
-        static constexpr std::size_t exclusions = 4;
-        std::array<std::int32_t, exclusions>
-            excluded{};           // keys of operations without a gauge of Z; 0 for none
-        double load_latency = 0;  // s, age of the load
-        LoadContact::Settings contact;
-
-        bool valid() const noexcept { return load_latency >= 0 && load_latency <= 10 && contact.valid(); }
-    };
-
     // The invalid part of a sample; such a sample is not used.
     enum class Lost { nothing, load, position, speed, offset, approach };
 
@@ -378,7 +352,7 @@ public:
 
     // One period of dt > 0, in s. `cycle` numbers the approaches and knows the time constants of its
     // contacts.
-    Found step(const Sample& s, ContactCycle& cycle, double feed_tolerance, const Settings& settings,
+    Found step(const Sample& s, ContactCycle& cycle, const DisplacementSettings& settings,
                double dt) noexcept {
         in_cycle_ = cycle.running();
         if (s.complete) speed_history_.step(std::abs(s.speed), history_time, dt);
@@ -388,12 +362,12 @@ public:
         descent_.step(s.z, feeds_down(s), way == Travel::clear, s.operation, s.tool);
         follow_approach(s, way, cycle);
         if (s.complete) {
-            feed_.step(s.velocity, feed_tolerance, dt);
+            feed_.step(s.velocity, settings.feed_tolerance, dt);
             follow_depth(s, way);
         }
 
         const double load = s.complete ? s.load : std::numeric_limits<double>::quiet_NaN();
-        const LoadContact::Event event = detector_.step(load, s.speed, way, settings.contact, dt);
+        const LoadContact::Event event = detector_.step(load, s.speed, way, settings, dt);
         const bool approach = s.complete && way == Travel::towards_work && !detector_.blanked();
         note_age_ += dt;
         bool lost_one = false;
@@ -456,7 +430,7 @@ private:
             clock_.start_below(s.z - s.motor_offset - s.applied_offset, s.start_height, s.velocity, dt);
     }
 
-    Travel travel(const Sample& s, const Settings& settings) const noexcept {
+    Travel travel(const Sample& s, const DisplacementSettings& settings) const noexcept {
         if (s.motion == rapid || (s.velocity > 0 && !detector_.high())) return Travel::clear;
         if (!feeds_down(s)) return Travel::other;
         const auto& excluded = settings.excluded;

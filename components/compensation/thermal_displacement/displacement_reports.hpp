@@ -16,7 +16,7 @@ struct ContactReport : hal::Group {
     using Group::Group;
 
     void show(const GrowthByContact& measured, GrowthByContact::Event event, const MachiningSetup& setup,
-              const GrowthByContact::Settings& settings) noexcept {
+              const DisplacementSettings& settings) noexcept {
         const CycleTally::Counts& counts = measured.tally().counts();
         displacement = measured.growth();
         displacement_sigma = measured.sigma();
@@ -31,7 +31,7 @@ struct ContactReport : hal::Group {
         rejected = counts.rejected;
         unexpected = counts.unexpected;
         missed = counts.missed;
-        gate = measured.filter().gate(settings.growth);
+        gate = measured.filter().gate(settings);
         load_noise = measured.detector().noise();
         learning = measured.cycle().learning();
         learning_failed = measured.tally().learning_fault() != LearningFault::none;
@@ -93,13 +93,12 @@ struct TrustReport : hal::Group {
     using Group::Group;
 
     // `offset`: in force; `reason`: of a doubt.
-    void show(const GrowthByContact& measured, const GrowthByContact::Settings& settings, double estimate,
+    void show(const GrowthByContact& measured, const DisplacementSettings& settings, double estimate,
               double offset, Doubt reason) noexcept {
         const bool known = measured.known();
         authority = known ? measured.filter().part() : 0;
-        sigma_ = known ? std::hypot(
-                             std::hypot(measured.filter().sigma(settings.growth), measured.filter().apart()),
-                             estimate - offset, measured.learning_growth())
+        sigma_ = known ? std::hypot(std::hypot(measured.filter().sigma(settings), measured.filter().apart()),
+                                    estimate - offset, measured.learning_growth())
                        : 0;
         offset_sigma = sigma_;
         contact_age = known ? measured.filter().age() : 0;

@@ -83,18 +83,7 @@ private:
 // with the reference, and accepts contacts that can be compared and lie within the gate.
 class GrowthByContact {
 public:
-    struct Settings {
-        Method method = Method::coordinate;
-        std::int32_t reference_cycles = 1;  // cycles in the mean
-        ContactFinder::Settings finder;
-        ContactLimits limits;
-        GrowthFilter::Settings growth;
-
-        bool valid() const noexcept {
-            return reference_cycles >= 1 && finder.valid() && limits.valid() && growth.valid();
-        }
-    };
-
+    using Settings = DisplacementSettings;
     using Sample = ContactFinder::Sample;
     using Lost = ContactFinder::Lost;
     static Sample judged(const Sample& s) noexcept { return ContactFinder::judged(s); }
@@ -126,7 +115,7 @@ public:
 
     // The growth is known to half of the narrowest gate at best.
     bool uncertain(const Settings& settings) const noexcept {
-        return !known() || filter_.sigma(settings.growth) > 0.5 * settings.growth.floor;
+        return !known() || filter_.sigma(settings) > 0.5 * settings.floor;
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
@@ -188,7 +177,7 @@ private:
         machine_.speed = s.speed;
         machine_.temperature = s.temperature;
         machine_.temperature_valid = s.temperature_valid;
-        filter_.predict(machine_, settings.growth, waited_);
+        filter_.predict(machine_, settings, waited_);
         since_applied_ += std::exchange(waited_, 0);
         periods_ = 0;
     }
@@ -201,13 +190,13 @@ private:
         machine_.in_cycle = cycle_.running();
         machine_.accepted = event == Event::accepted;
         machine_.origin = asked_.change != 0;
-        filter_.apply(machine_, settings.growth, std::exchange(since_applied_, 0));
+        filter_.apply(machine_, settings, std::exchange(since_applied_, 0));
     }
 
     Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
         if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
         step_ = s.step;
-        const auto found = finder_.step(s, cycle_, settings.limits.feed_tolerance, settings.finder, dt);
+        const auto found = finder_.step(s, cycle_, settings, dt);
         if (rose_again_.rises(finder_.detector().rose_again())) cycle_.doubt(finder_.found().key);
         switch (found) {
             case ContactFinder::Found::contact: predict(s, settings); return judge(Rejection::none, settings);
@@ -234,7 +223,7 @@ private:
             its.enabled = s.enable;
             if (finder_.end()) cycle_.spoil();
             const ContactCycle::Ended ended =
-                cycle_.end(complete, settings.method, settings.reference_cycles, settings.growth.floor);
+                cycle_.end(complete, settings.method(), settings.reference_cycles, settings.floor);
             its.new_reference = its.learning && ended.fault == LearningFault::none && cycle_.learnt() == 0;
             its.missed = ended.missed;
             its.fault = ended.fault;
@@ -250,7 +239,7 @@ private:
         if (s.enable && starts) {
             cycle_.begin(s.learn, s.setup);
             refusal_.begin(cycle_.references(), s.setup, s.learn);
-            finder_.begin(settings.finder.program_clock);
+            finder_.begin(settings.program_clock);
             tally_.begin();
             reference_sigma_ = judge_references(settings);
             usual_growth_ = usual_growth(settings);
@@ -321,9 +310,9 @@ private:
             return;
         }
         asked_ = {change, now, before, partner.key.tool, origin_.in_offset(), origin_.in_length()};
-        const double in_program = plumb::growth(settings.method, now, before);
+        const double in_program = plumb::growth(settings.method(), now, before);
         const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
-        const auto expected = filter_.expected(reading(partner, settings), settings.growth);
+        const auto expected = filter_.expected(reading(partner, settings), settings);
         const double taken_in = zero ? asked_.in_offset : asked_.in_length;
         const double moved = (in_program - expected.mean + taken_in) / expected.sigma;
         const double stood = (in_program + change - expected.mean) / expected.sigma;
@@ -343,8 +332,8 @@ private:
         const bool learning = cycle_.learning();
         const ContactReference* partner = cycle_.partner(finder_.found().key);
         if (rejection != Rejection::none) return reject(rejection);
-        if (finder_.steady_time() < settings.limits.steady_time) return reject(Rejection::unsteady_feed);
-        if (learning && lacks_clock(settings.method, finder_.found().contact)) {
+        if (finder_.steady_time() < settings.steady_time) return reject(Rejection::unsteady_feed);
+        if (learning && lacks_clock(settings.method(), finder_.found().contact)) {
             cycle_.lack_clock();
             return reject(Rejection::no_clock);
         }
@@ -358,13 +347,13 @@ private:
         if (learning) cycle_.learn(finder_.found(), !fresh && reason == Rejection::none);
         if (reason != Rejection::none) return reject(reason);
         const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
-        if (learning) filter_.learn(fresh ? 0 : growth_, sigma, fresh, settings.growth);
+        if (learning) filter_.learn(fresh ? 0 : growth_, sigma, fresh, settings);
         tally_.accept(learning);
         return learning ? Event::contact : Event::accepted;
     }
 
     // mu, a displacement of a contact that matters little.
-    static double harmless(const Settings& settings) noexcept { return settings.growth.floor / 5; }
+    static double harmless(const Settings& settings) noexcept { return settings.floor / 5; }
 
     bool comparable(const MachiningSetup& setup) const noexcept {
         return refusal_.compares() && cycle_.references().made_with(setup);
@@ -372,17 +361,17 @@ private:
 
     Rejection compare(const ContactReference& partner, const Settings& settings) noexcept {
         const Contact& now = finder_.found().contact;
-        const Rejection reason = comparison(settings.method, now, partner.contact, settings.limits);
+        const Rejection reason = comparison(settings.method(), now, partner.contact, settings);
         refusal_.compared(reason);
         if (reason != Rejection::none) return reason;
         if (rises_unlike(now, partner.contact, partner.cycles, harmless(settings)))
             return Rejection::unlike_reference;
         if (!cycle_.learning()) compare_origins(partner, settings);
-        growth_ = plumb::growth(settings.method, now, partner.contact);
+        growth_ = plumb::growth(settings.method(), now, partner.contact);
         if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
         sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
         const GrowthFilter::Reading r = reading(partner, settings);
-        return cycle_.learning() ? filter_.compare(r, settings.growth) : filter_.judge(r, settings.growth);
+        return cycle_.learning() ? filter_.compare(r, settings) : filter_.judge(r, settings);
     }
 
     GrowthFilter::Reading reading(const ContactReference& partner, const Settings& settings) const noexcept {
@@ -405,12 +394,10 @@ private:
         return r;
     }
 
-    double usual_growth(const Settings& settings) const noexcept {
-        return filter_.usual_growth(settings.growth);
-    }
+    double usual_growth(const Settings& settings) const noexcept { return filter_.usual_growth(settings); }
 
     static double own_sigma(const ContactReference& reference, const Settings& settings) noexcept {
-        const double scatter = std::max(reference.scatter, settings.growth.repeatability);
+        const double scatter = std::max(reference.scatter, settings.repeatability);
         return std::max(reference.contact.sigma,
                         std::hypot(reference.contact.sigma, scatter / std::sqrt(reference.cycles)));
     }

@@ -52,28 +52,7 @@ enum class Doubt : std::int32_t {
 // Lengths in the unit of the machine (mu).
 class GrowthFilter {
 public:
-    struct Settings {
-        bool by_speed = false;              // else K is 0, and the mean of the last part holds
-        double expected_growth = 0.015;     // mu, of a spindle at 5000 rpm
-        double unexplained_growth = 0.006;  // mu, standard deviation of growth without speed, in an hour
-        double repeatability = 0.001;       // mu, standard deviation of a contact by seat and blank
-        double temperature_growth = 0.003;  // mu/K, about
-        double max_growth_rate = 0.0002;    // mu/s
-        double floor = 0.015;               // mu, 0.3 of which is harmless to the work
-        double cap = 0.06;                  // mu, largest move between two contacts
-        double max_correction = 0.1;        // mu, from the last accepted contact
-        double hold_time = 1800;       // s without a contact that counted; from then on the offset goes to 0
-        double work_tolerance = 0.01;  // mu
-
-        bool valid() const noexcept {
-            const auto within = [](double x, double least, double most) { return x >= least && x <= most; };
-            return within(expected_growth, 1e-6, 1) && within(unexplained_growth, 0, 1) &&
-                   within(repeatability, 1e-5, 1) && within(temperature_growth, 0, 0.1) &&
-                   within(max_growth_rate, 0, 1) && within(floor, 0, cap) && cap <= 1e3 &&
-                   within(max_correction, 0, 1e3) && hold_time > 0 && hold_time <= 1e6 &&
-                   work_tolerance > 0 && work_tolerance <= 1e3;
-        }
-    };
+    using Settings = DisplacementSettings;
 
     // A contact that could be compared with its reference.
     struct Reading {

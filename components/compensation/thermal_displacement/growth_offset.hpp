@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/thermal_displacement/displacement_settings.hpp"
 #include "components/math/blocks/bounded.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 
@@ -14,9 +15,16 @@ namespace plumb {
 class GrowthOffset {
 public:
     struct Settings {
-        double tolerance = 0;   // mu, smallest change that is applied
-        double max_offset = 0;  // mu
-        double max_rate = 0;    // mu/s
+        double tolerance = 0.002;   // mu, smallest change that is applied
+        double max_offset = 0.15;   // mu
+        double max_rate = 0.01;     // mu/s
+        double time_tolerance = 0;  // s, smallest change by the time method: a distance of the feed
+        double verify_step = 0;     // mu
+        bool constant_in_part = false;
+
+        double smallest(Method method, double feed) const noexcept {
+            return method == Method::time ? std::max(tolerance, std::abs(feed) * time_tolerance) : tolerance;
+        }
     };
 
     struct Wish {
@@ -29,11 +37,11 @@ public:
         double step = 0;          // mu, on purpose beside the growth
     };
 
-    // One period of dt > 0, in s.
-    void step(const Wish& wish, const Settings& settings, double dt) noexcept {
+    // One period of dt > 0, in s. A change up to `smallest` mu is not applied.
+    void step(const Wish& wish, const Settings& settings, double smallest, double dt) noexcept {
         following_ = wish.applying && wish.known && (following_ || wish.accepted);
         if (!wish.applying) target_ = 0;
-        if (following_ && wish.may_change && std::abs(wish.growth - target_) > settings.tolerance)
+        if (following_ && wish.may_change && std::abs(wish.growth - target_) > smallest)
             target_ = wish.growth;
         const double asked = wish.applying ? target_ + wish.step : 0;
         const double offset = bounded(asked, settings.max_offset);

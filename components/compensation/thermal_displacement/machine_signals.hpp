@@ -72,6 +72,10 @@ struct ReferenceConditions : hal::Group {
         return now;
     }
 
+    bool temperature_usable(double oldest) const noexcept {
+        const double age = temperature_age;
+        return temperature_valid && age >= 0 && age <= oldest;
+    }
     bool acknowledges() noexcept { return acknowledging_.rises(acknowledge); }
 
     hal::In<std::int32_t> program_id{this, "program-id", 0, "Identifies the program and its version."};
@@ -80,6 +84,9 @@ struct ReferenceConditions : hal::Group {
     hal::In<double> temperature{this, "temperature", 20, "degC", "Temperature to remember with a reference."};
     hal::In<std::int32_t> date{this, "date", 0, "YYYYMMDD to remember with a reference; 0 when not known."};
     hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge ends a refusal of the reference."};
+    hal::In<bool> temperature_valid{this, "temperature-valid", false,
+                                    "The growth is to follow temperature too, and it is good."};
+    hal::In<double> temperature_age{this, "temperature-age", 0, "s", "Time since temperature was read."};
 
 private:
     Edge acknowledging_;

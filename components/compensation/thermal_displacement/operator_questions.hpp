@@ -34,12 +34,11 @@ struct OperatorQuestions : hal::Group {
         if (other_.rises(is_not_growth || given_ == Answer::not_growth)) measured.shift_is_not_growth();
     }
 
-    bool open(const GrowthByContact& measured, const GrowthFilter::Settings& settings) const noexcept {
+    bool open(const GrowthByContact& measured, const DisplacementSettings& settings) const noexcept {
         return measured.origin_change() != 0 || measured.filter().shift(settings) != Shift::none;
     }
 
-    void show(const GrowthByContact& measured, const GrowthFilter::Settings& settings,
-              bool applying) noexcept {
+    void show(const GrowthByContact& measured, const DisplacementSettings& settings, bool applying) noexcept {
         const GrowthFilter& growth = measured.filter();
         const bool shifted = applying && growth.shift(settings) != Shift::none;
         shift_size = shifted ? growth.shift_size() : 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+#include "components/compensation/thermal_displacement/displacement_pins.hpp"
 #include "components/compensation/thermal_displacement/displacement_reports.hpp"
-#include "components/compensation/thermal_displacement/displacement_settings.hpp"
 #include "components/compensation/thermal_displacement/displacement_status.hpp"
 #include "components/compensation/thermal_displacement/growth_by_contact.hpp"
 #include "components/compensation/thermal_displacement/growth_offset.hpp"
@@ -32,10 +32,25 @@ struct ThermalDisplacement final : hal::Component {
     hal::Permission permission{this, interlock, "Compare contacts and apply the offset."};
     MachineSignals machine{this};
     ReferenceConditions conditions{this};
-    ContactSettings contact_settings{this};
-    GrowthSettings growth{this};
-    OffsetSettings offset_settings{this};
+    DisplacementPins contact_settings{this};
+    hal::In<bool> dry_run{this, "dry-run", false, "Compare and count, but never apply.", hal::must()};
+    hal::In<bool> verify{
+        this, "verify", false,
+        "Displace the offset by verify-step in the next cycle, never for a part that counts.",
+        hal::machine()};
+    OffsetPins offset_settings{this};
+    hal::Effects next_cycle{this,
+                            hal::Effect::next_cycle,
+                            verify,
+                            offset_settings.pin_of(offset_settings.verify_step),
+                            offset_settings.pin_of(offset_settings.constant_in_part),
+                            offset_settings.pin_of(offset_settings.tolerance),
+                            offset_settings.pin_of(offset_settings.time_tolerance),
+                            offset_settings.pin_of(offset_settings.max_offset)};
 
+    hal::Out<double> growth_estimate{this, "growth-estimate", "mu",
+                                     "Growth now: by the model, or by the last accepted contact."};
+    hal::Out<double> growth_sigma{this, "growth-sigma", "mu", "Standard deviation of growth-estimate."};
     hal::Out<double> z_offset{this, "z-offset", "mu", "Offset that a stage adds to the Z origin."};
     hal::Out<bool> limited{this, "limited", "The growth exceeds max-offset."};
     hal::Out<bool> fault{this, "fault", "A fault is active; detail-code gives the cause."};
@@ -54,32 +69,34 @@ struct ThermalDisplacement final : hal::Component {
     hal::Offset moves{
         this,
         hal::MovingPin(z_offset)
-            .bound(offset_settings.max_offset)
-            .rate(offset_settings.max_rate)
+            .bound(offset_settings.pin_of(offset_settings.max_offset))
+            .rate(offset_settings.pin_of(offset_settings.max_rate))
             .accelerated_by("The stage limits its acceleration; axis_offset(9) leaves that to LinuxCNC.")
             .limited(limited)
             .at_next_cycle()};
 
-    hal::Effects withholds{this, hal::Effect::withholds, offset_settings.dry_run, machine.learn};
+    hal::Effects withholds{this, hal::Effect::withholds, dry_run, machine.learn};
 
     hal::Function run{this, "update", &ThermalDisplacement::update, hal::Place::source,
                       "After all its inputs."};
 
-    void prepare() override { settings_ = settings(); }
+    void prepare() override {
+        contact_ = contact_settings;
+        own_ = offset_settings;
+    }
 
     void update(double dt) noexcept {
         permission.step();
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
-        const bool at_zero =
-            offset_.value() == 0 && std::abs(now.applied_offset) <= settings_.own.offset.tolerance;
-        const bool dry = offset_settings.dry_run;
+        const bool at_zero = offset_.value() == 0 && std::abs(now.applied_offset) <= own_.tolerance;
+        const bool dry = dry_run;
         const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
         const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);
         now.step = step_;
 
-        const auto event = measured_.step(now, at_zero, settings_.contact, dt);
+        const auto event = measured_.step(now, at_zero, contact_, dt);
         if (conditions.acknowledges()) {
             measured_.acknowledge();
             shown_event_ = true;
@@ -95,7 +112,7 @@ struct ThermalDisplacement final : hal::Component {
         wish.may_move = untouched && !measured_.in_work() && !frozen;
         wish.growth = measured_.filter().offset();
         wish.step = step_;
-        offset_.step(wish, settings_.own.at(settings_.contact.method, measured_.contact().feed), dt);
+        offset_.step(wish, own_, own_.smallest(contact_.method(), measured_.contact().feed), dt);
 
         z_offset = offset_.value();
         limited = offset_.limited();
@@ -124,20 +141,15 @@ private:
     using Sample = GrowthByContact::Sample;
     using Lost = GrowthByContact::Lost;
 
-    struct Settings {
-        GrowthByContact::Settings contact;
-        OffsetSettings::Values own;
-        bool in_range = false;
-
-        bool valid() const noexcept {
-            return in_range && contact.valid() && std::abs(own.verify_step) <= contact.growth.cap;
-        }
-    };
-
     void take_settings() noexcept {
-        const Settings wanted = settings();
-        bad_settings_ = !wanted.valid();
-        if (!bad_settings_) settings_ = wanted;
+        const bool contact = contact_settings.read(), own = offset_settings.read();
+        if (!contact && !own) return;
+        bad_settings_ =
+            !(contact_settings.in_range && contact_settings.consistent() && offset_settings.in_range &&
+              std::abs(offset_settings.verify_step) <= contact_settings.cap);
+        if (bad_settings_) return;
+        contact_ = contact_settings;
+        own_ = offset_settings;
     }
 
     // Why the growth may be wrong, while it is to be applied.
@@ -150,20 +162,11 @@ private:
     void show(GrowthByContact::Event event, bool applying, Doubt doubt,
               const MachiningSetup& setup) noexcept {
         const double grown = measured_.known() ? measured_.filter().growth() : 0;
-        growth.show(grown, measured_.known() ? measured_.filter().sigma(settings_.contact.growth) : 0);
-        trust.show(measured_, settings_.contact, grown, offset_.value(), doubt);
-        report.show(measured_, event, setup, settings_.contact);
-        questions.show(measured_, settings_.contact.growth, applying);
-    }
-
-    Settings settings() noexcept {
-        Settings s;
-        hal::SettingsReader setting;
-        s.contact = contact_settings.read(setting);
-        growth.read(s.contact.growth, setting);
-        s.own = offset_settings.read(setting);
-        s.in_range = setting.good();
-        return s;
+        growth_estimate = grown;
+        growth_sigma = measured_.known() ? measured_.filter().sigma(contact_) : 0;
+        trust.show(measured_, contact_, grown, offset_.value(), doubt);
+        report.show(measured_, event, setup, contact_);
+        questions.show(measured_, contact_, applying);
     }
 
     Sample sample() noexcept {
@@ -172,7 +175,7 @@ private:
         s.setup = conditions.setup();
         s.temperature = conditions.temperature;
         s.date = conditions.date;
-        s.temperature_valid = growth.temperature_usable();
+        s.temperature_valid = conditions.temperature_usable(contact_settings.max_temperature_age);
         s.origin_reason = questions.reason();
         return s;
     }
@@ -194,7 +197,7 @@ private:
         seen.dry_run = dry;
         seen.doubt = doubt;
         seen.asks_origin = applying && measured_.origin_change() != 0;
-        if (applying) seen.shift = measured_.filter().shift(settings_.contact.growth);
+        if (applying) seen.shift = measured_.filter().shift(contact_);
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();
@@ -207,7 +210,7 @@ private:
         const bool starts = cycle_.rises(running);
         if (starts) {
             load_gone_ = load_lost;
-            step_ = offset_settings.verify && applying ? settings_.own.verify_step : 0;
+            step_ = verify && applying ? own_.verify_step : 0;
         }
         if (!load_lost) load_gone_ = false;
         return starts;
@@ -224,7 +227,8 @@ private:
 
     GrowthByContact measured_;
     static constexpr std::uint32_t between_settings = 32;  // periods
-    Settings settings_;                                    // last good values
+    DisplacementSettings contact_;                         // the last good ones
+    GrowthOffset::Settings own_;                           // the last good ones
     bool bad_settings_ = false, shown_event_ = false;
     std::uint32_t periods_ = 0;
     GrowthOffset offset_;

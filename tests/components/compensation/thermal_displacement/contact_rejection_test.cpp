@@ -13,14 +13,6 @@ namespace {
 constexpr double um = 1e-3;  // mm
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-ContactLimits limits() {
-    ContactLimits l;
-    l.window = 0.5;
-    l.feed_tolerance = 0.02;
-    l.lost_time_tolerance = 0.002;
-    return l;
-}
-
 Contact contact() {
     Contact c;
     c.coordinate = -20;
@@ -30,7 +22,7 @@ Contact contact() {
 }
 
 Rejection of(Method method, const Contact& now) {
-    return comparison(method, now, contact(), limits());
+    return comparison(method, now, contact(), DisplacementSettings());
 }
 
 TEST(ContactRejection, AcceptsTheSameFeedNearTheReference) {
@@ -73,7 +65,7 @@ TEST(ContactRejection, WithoutAClockThereIsNoTime) {
     Contact now = contact();
     now.time = 0;
     EXPECT_EQ(of(Method::time, now), Rejection::no_clock);
-    EXPECT_EQ(comparison(Method::time, contact(), now, limits()), Rejection::no_clock);
+    EXPECT_EQ(comparison(Method::time, contact(), now, DisplacementSettings()), Rejection::no_clock);
     EXPECT_EQ(of(Method::coordinate, now), Rejection::none);
 }
 
@@ -119,7 +111,9 @@ struct Plunge {
 TEST(ContactRejection, ProgramClockTakesDelaysForGrowthOursRejectsThem) {
     const Contact reference = Plunge{}.contact();
     const auto literal = [&](const Contact& now) { return now.feed * (now.time - reference.time); };
-    const auto ours = [&](const Contact& now) { return comparison(Method::time, now, reference, limits()); };
+    const auto ours = [&](const Contact& now) {
+        return comparison(Method::time, now, reference, DisplacementSettings());
+    };
     EXPECT_EQ(ours(Plunge{}.contact()), Rejection::none);
 
     EXPECT_NEAR(literal(Plunge{5.02}.contact()), -200 * um, 1e-9) << "20 ms of a tool change are 0.2 mm";

@@ -18,14 +18,14 @@ constexpr double um = 1e-3;  // mm
 
 GrowthByContact::Settings settings(Method method = Method::coordinate, double unit = 1) {
     GrowthByContact::Settings s;
-    s.method = method;
-    s.finder.contact = {1, 0.5, 0.01, 0.02, 0.5, 2.5};
-    s.limits = {unit * 0.5, 0.02, 0.002, 0.2};
-    s.growth.max_growth_rate = unit * 0.2 * um;
-    s.growth.floor = unit * 15 * um;
-    s.growth.cap = unit * 60 * um;
-    s.growth.max_correction = unit * 0.1;
-    s.growth.unexplained_growth = unit * 1;  // a growth may come at once
+    s.by_time = method == Method::time;
+    s.by_speed = false;
+    s.window = unit * 0.5;
+    s.max_growth_rate = unit * 0.2 * um;
+    s.floor = unit * 15 * um;
+    s.cap = unit * 60 * um;
+    s.max_correction = unit * 0.1;
+    s.unexplained_growth = unit * 1;  // a growth may come at once
     return s;
 }
 
@@ -74,7 +74,7 @@ Shop settled(Method method, double noise = 0, int parts = 3) {
     Shop shop;
     shop.mill.noise = noise;
     shop.used = settings(method);
-    shop.used.growth.unexplained_growth = 6 * um;
+    shop.used.unexplained_growth = 6 * um;
     shop.learn();
     for (int n = 1; n <= parts; ++n) shop.cycle(10 * um * n / parts);
     return shop;
@@ -126,7 +126,7 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     shop.mill.program = {{10, 1, -20}};
     shop.mill.noise = 0.3;
     shop.mill.dt = 0.004;
-    shop.used.growth.by_speed = true;
+    shop.used.by_speed = true;
     shop.learn();
     constexpr int cycles = rounds(1000, 50);
     double offset = 0, largest = 0, variance = 0;
@@ -193,7 +193,7 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
 
 TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCountOrNot) {
     Shop shop = learnt();
-    shop.used.finder.excluded[0] = shop.mill.program.front().operation;
+    shop.used.excluded[0] = shop.mill.program.front().operation;
     int periods = 0, free = 0;
     shop.mill.cycle([&](const Milling::Sample& sample) {
         shop.measured.step(GrowthByContact::judged(sample), false, shop.used, shop.mill.dt);
@@ -209,7 +209,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCo
 TEST(GrowthByContact, AnOffsetHasToWaitUntilTheToolHasLeftTheWorkWhetherItsContactsCountOrNot) {
     Shop shop = learnt();
     for (std::size_t i = 0; i < shop.mill.program.size(); ++i)
-        shop.used.finder.excluded.at(i) = shop.mill.program[i].operation;
+        shop.used.excluded.at(i) = shop.mill.program[i].operation;
     int periods = 0, free = 0;
     bool in_cut = false;  // not only below the top of the next work, on the way to it
     shop.mill.cycle([&](const Milling::Sample& sample) {
@@ -277,13 +277,13 @@ TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
         for (const bool growth : {false, true}) {
             Shop shop;
             shop.used = settings(method);
-            shop.used.growth.unexplained_growth = 6 * um;
+            shop.used.unexplained_growth = 6 * um;
             shop.learn();
             for (int n = 0; n < 3; ++n) shop.cycle(3 * um);
             const double before = shop.target;
             for (int n = 0; n < 3; ++n) shop.cycle(53 * um);
             const GrowthFilter& found = shop.measured.filter();
-            EXPECT_EQ(found.shift(shop.used.growth), Shift::all);
+            EXPECT_EQ(found.shift(shop.used), Shift::all);
             EXPECT_NEAR(found.shift_size(), 50 * um, 1 * um);
             EXPECT_LT(std::abs(found.offset() - before), 3 * um + 5 * um)
                 << "a part of 3 um is not worse by 5";
@@ -293,7 +293,7 @@ TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
             else
                 shop.measured.shift_is_not_growth();
             for (int n = 0; n < 3; ++n) shop.cycle(53 * um);
-            EXPECT_EQ(found.shift(shop.used.growth), Shift::none);
+            EXPECT_EQ(found.shift(shop.used), Shift::none);
             EXPECT_NEAR(shop.measured.filter().growth(), (growth ? 53 : 3) * um, 1 * um);
             EXPECT_NEAR(shop.accepted.back(), (growth ? 53 : 3) * um, 1 * um);
         }
@@ -320,7 +320,7 @@ TEST(GrowthByContact, ANewZeroOrAMeasuredToolMovesTheReferenceAndNothingElse) {
                 shop.tamper = [](auto&) {};
                 for (int n = 0; n < 2; ++n) shop.cycle(10 * um);
                 EXPECT_NEAR(shop.measured.filter().growth(), 10 * um, 1 * um);
-                EXPECT_EQ(shop.measured.filter().shift(shop.used.growth), Shift::none);
+                EXPECT_EQ(shop.measured.filter().shift(shop.used), Shift::none);
                 EXPECT_EQ(shop.measured.origin_change(), 0);
                 EXPECT_EQ(shop.counts().rejected, 0);
                 EXPECT_EQ(shop.accepted.size(), 24u);
@@ -454,7 +454,7 @@ TEST(GrowthByContact, ALoadThatChangesRightBeforeTheContactMovesNothingAndIsRepo
                     SCOPED_TRACE(std::to_string(ends) + (coolant ? " coolant " : " dip ") +
                                  std::to_string(size));
                     Shop shop = settled(Method::coordinate, 0.2);
-                    shop.used.growth.by_speed = true;
+                    shop.used.by_speed = true;
                     for (int n = 0; n < 8; ++n) shop.cycle(10 * um);
                     const double before = shop.measured.filter().offset();
                     shop.tamper = [&](Milling::Sample& s) {
@@ -491,7 +491,7 @@ TEST(GrowthByContact, AnEventOfTheProgramIsNotLearnt) {
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::rises_twice);
             EXPECT_EQ(shop.measured.cycle().references().size(), 0);
             excluded = true;
-            shop.used.finder.excluded[0] = 10;
+            shop.used.excluded[0] = 10;
             shop.learn();
             EXPECT_EQ(shop.measured.tally().learning_fault(), LearningFault::none);
             EXPECT_EQ(shop.measured.cycle().references().size(), 3);
@@ -550,7 +550,7 @@ TEST(GrowthByContact, AnotherFilterOfTheDriveShiftsNothing) {
     for (const double lag : {0.015, 0.02, 0.024, 0.03, 0.036, 0.045, 0.06}) {
         SCOPED_TRACE(lag);
         Shop shop = settled(Method::coordinate, 0.2, 8);
-        shop.used.growth.by_speed = true;
+        shop.used.by_speed = true;
         for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
         shop.mill.lag = lag;
         for (int n = 0; n < 4; ++n) {
@@ -567,8 +567,8 @@ TEST(GrowthByContact, AnotherFilterOfTheDriveShiftsNothing) {
 // The load of tool 2 rises more slowly than that of tool 1, as at the teeth of a face mill.
 TEST(GrowthByContact, AnotherFilterIsFoundByTheReferencesOfItsOwnTool) {
     Shop shop;
-    shop.used.growth.by_speed = true;
-    shop.used.growth.unexplained_growth = 6 * um;
+    shop.used.by_speed = true;
+    shop.used.unexplained_growth = 6 * um;
     shop.mill.noise = 0.2;
     double slow = 0;
     shop.tamper = [&](Milling::Sample& s) {
@@ -589,7 +589,7 @@ TEST(GrowthByContact, AResonanceThatComesLaterShiftsLittleOrIsAskedAbout) {
     for (const double frequency : {25.0, 50.0, 100.0, 250.0})
         for (const double quality : {1.0, 2.0, 4.0}) {
             Shop shop = settled(Method::coordinate, 0.2, 8);
-            shop.used.growth.by_speed = true;
+            shop.used.by_speed = true;
             for (int n = 0; n < 3; ++n) shop.cycle(10 * um);
             double load = 0, rate = 0;
             shop.tamper = [&](Milling::Sample& s) {
@@ -633,11 +633,11 @@ TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
 
 TEST(GrowthByContact, TimeDoesNotMakeAShiftGrowth) {
     Shop shop;
-    shop.used.growth.unexplained_growth = 6 * um;
+    shop.used.unexplained_growth = 6 * um;
     shop.learn();
     for (int n = 0; n < 8; ++n) shop.cycle(25 * um);
     EXPECT_EQ(shop.measured.filter().offset(), 0) << "it harms no part, whatever the shift is";
-    EXPECT_EQ(shop.measured.filter().shift(shop.used.growth), Shift::all);
+    EXPECT_EQ(shop.measured.filter().shift(shop.used), Shift::all);
 }
 
 TEST(GrowthByContact, AnotherFeedIsRejectedByTimeAndComparedByCoordinate) {
@@ -678,7 +678,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
         held.hold_height = height;
         for (const double steady_time : {0.0, 0.2}) {
             Shop shop = before;
-            shop.used.limits.steady_time = steady_time;
+            shop.used.steady_time = steady_time;
             shop.cycle(10 * um, {{0, held}});
             ASSERT_GE(shop.accepted.size(), steady_time == 0 ? 1u : 3u);
             const double error = std::abs(shop.accepted[0] - 10 * um);
@@ -702,7 +702,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
 TEST(GrowthByContact, AClockThatMissedItsStartIsRejected) {
     Shop shop;
     shop.used = settings(Method::time);
-    shop.used.finder.contact.blanking_time = 0;
+    shop.used.blanking_time = 0;
     shop.learn();
     shop.tamper = [](Milling::Sample& s) {
         if (s.motion == 2 && std::abs(s.z - s.start_height) < 0.1)
@@ -734,7 +734,7 @@ TEST(GrowthByContact, AReferenceWithoutATimeIsNotComparedByTime) {
     shop.tamper = [](Milling::Sample& s) { s.start_height = -1000; };
     shop.learn();
     shop.tamper = clocked;
-    shop.used.method = Method::time;
+    shop.used.by_time = true;
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().rejected, 4);
     EXPECT_EQ(shop.measured.tally().rejection(), Rejection::no_clock);
@@ -745,7 +745,7 @@ TEST(GrowthByContact, AMarkStartsTheProgramClockSoThatALongerToolChangeIsNoGrowt
     for (const bool marked : {false, true}) {
         Shop shop;
         shop.used = settings(Method::time);
-        shop.used.finder.program_clock = true;
+        shop.used.program_clock = true;
         shop.tamper = [&](Milling::Sample& s) { s.clock_start = marked && s.motion == 2; };
         shop.learn();
         shop.mill.change_time = 0.02;
@@ -784,7 +784,7 @@ TEST(GrowthByContact, AMarkDoesNotMoveTheClockOfAStartHeight) {
 TEST(GrowthByContact, AClockFromProgramStartRejectsALongerToolChange) {
     Shop shop;
     shop.used = settings(Method::time);
-    shop.used.finder.program_clock = true;
+    shop.used.program_clock = true;
     shop.learn();
     shop.cycle(10 * um);
     EXPECT_EQ(shop.counts().accepted, 4);
@@ -1046,7 +1046,7 @@ TEST(GrowthByContact, ANewOperationIsReportedAndIgnored) {
 
 TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
     Shop shop;
-    shop.used.finder.excluded = {11, 12, 13, 20};
+    shop.used.excluded = {11, 12, 13, 20};
     shop.mill.program.push_back({0, 1, -30});
     shop.learn();
     EXPECT_EQ(shop.counts().contacts, 3);
@@ -1056,7 +1056,7 @@ TEST(GrowthByContact, ExcludedOperationsAndNoneAreNotLookedAt) {
 TEST(GrowthByContact, TheAgeOfTheLoadIsTakenOffTheContact) {
     Shop shop;
     shop.mill.latency = 0.05;
-    shop.used.finder.load_latency = 0.05;
+    shop.used.load_latency = 0.05;
     shop.learn();
     EXPECT_NEAR(shop.measured.cycle().references()[0].contact.coordinate, -20, 1 * um);
     EXPECT_NEAR(shop.measured.cycle().references()[0].contact.time, 1, 0.0005);
@@ -1153,9 +1153,9 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
 // Learned from, one contact at 5 um, then ten minutes at a speed of which much growth is to be expected.
 Shop predicting(bool by_speed = true) {
     Shop shop;
-    shop.used.growth.by_speed = by_speed;
-    shop.used.growth.max_growth_rate = 0.01 * um;
-    shop.used.growth.unexplained_growth = 6 * um;
+    shop.used.by_speed = by_speed;
+    shop.used.max_growth_rate = 0.01 * um;
+    shop.used.unexplained_growth = 6 * um;
     shop.learn();
     shop.cycle(5 * um);
     Milling::Sample turning;
@@ -1177,12 +1177,12 @@ TEST(GrowthByContact, EstimateIsTheLastContactAndBySpeedWhatHasComeSince) {
     const Shop holds = predicting(false), follows = predicting();
     EXPECT_NEAR(holds.measured.filter().growth(), 5 * um, 0.5 * um);
     EXPECT_GT(follows.measured.filter().growth(), 15 * um);
-    EXPECT_GT(follows.measured.filter().sigma(follows.used.growth), 3 * um);
+    EXPECT_GT(follows.measured.filter().sigma(follows.used), 3 * um);
 }
 
 TEST(GrowthByContact, AtASpeedBeyondAllContactsThePredictionIsNotApplied) {
     const Shop shop = predicting();
-    EXPECT_GT(shop.measured.filter().sigma(shop.used.growth), 15 * um);
+    EXPECT_GT(shop.measured.filter().sigma(shop.used), 15 * um);
     EXPECT_LE(std::abs(shop.measured.filter().offset()), shop.accepted.back() + 1 * um);
     EXPECT_NE(shop.measured.filter().doubt(), Doubt::none);
 }
@@ -1200,7 +1200,7 @@ TEST(GrowthByContact, AfterAnotherSpeedAContactFarFromThePredictionCounts) {
     shop.mill.program = {{10, 1, -20}};
     shop.cycle(-5 * um);  // 10 from the last contact, and much more from the prediction
     EXPECT_NEAR(shop.accepted.back(), -5 * um, 0.5 * um);
-    EXPECT_EQ(shop.measured.filter().shift(shop.used.growth), Shift::none);
+    EXPECT_EQ(shop.measured.filter().shift(shop.used), Shift::none);
 }
 
 TEST(GrowthByContact, PredictsNothingBeforeAContactWasAccepted) {

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 namespace plumb {
@@ -543,19 +542,6 @@ TEST(GrowthFilter, StaysSoundForAWeekWithEachOfItsGauges) {
         ASSERT_TRUE(std::isfinite(machine.filter.growth()));
         ASSERT_TRUE(std::isfinite(machine.filter.sigma(machine.settings)));
         ASSERT_LE(std::abs(machine.filter.offset()), 1);
-    }
-}
-
-TEST(GrowthFilter, SettingsThatMakeNoSenseAreNotValid) {
-    EXPECT_TRUE(GrowthFilter::Settings().valid());
-    const std::function<void(GrowthFilter::Settings&)> wrong[]{
-        [](auto& its) { its.expected_growth = 0; }, [](auto& its) { its.repeatability = 0; },
-        [](auto& its) { its.floor = 0.07; },        [](auto& its) { its.cap = HUGE_VAL; },
-        [](auto& its) { its.hold_time = NAN; },     [](auto& its) { its.work_tolerance = 0; }};
-    for (const auto& set : wrong) {
-        GrowthFilter::Settings its;
-        set(its);
-        EXPECT_FALSE(its.valid()) << &set - wrong;
     }
 }
 

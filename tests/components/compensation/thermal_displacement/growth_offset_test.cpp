@@ -17,7 +17,7 @@ struct Follower {
     GrowthOffset::Wish wish{true, true, true, true, true, 0, 0};
 
     double after(double seconds) {
-        for (double t = 0; t < seconds; t += dt) offset.step(wish, settings, dt);
+        for (double t = 0; t < seconds; t += dt) offset.step(wish, settings, settings.tolerance, dt);
         return offset.value();
     }
 };
