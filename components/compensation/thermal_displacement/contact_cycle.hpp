@@ -53,13 +53,11 @@ public:
             const bool odd = differs(contacts, i, &Contact::time_constant, true) ||
                              differs(contacts, i, &Contact::sigma, false);
             refused_[i] = poor || odd;
-            poor_ |= poor;
             disagree_ |= odd && !poor;
         }
     }
 
     bool refuses(std::int32_t i) const noexcept { return refused_[i]; }
-    bool poor() const noexcept { return poor_; }
     bool disagree() const noexcept { return disagree_; }
 
 private:
@@ -78,7 +76,7 @@ private:
     }
 
     std::array<bool, ContactReferences::capacity> refused_{};
-    bool poor_ = false, disagree_ = false;
+    bool disagree_ = false;
 };
 
 // One cycle of a program after the other: numbers the approaches, learns a reference from one cycle or

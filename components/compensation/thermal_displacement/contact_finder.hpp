@@ -13,9 +13,7 @@
 #include "components/math/blocks/usable.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 

@@ -60,7 +60,6 @@ public:
     bool length_changed() const noexcept { return length_changed_; }  // of the tool in the spindle
     double offset_before() const noexcept { return before_; }         // mu
     double offset_root() const noexcept { return root_; }             // ... before changes without a reason
-    const Now& now() const noexcept { return now_; }
 
     bool reason_given() const noexcept { return given_; }  // in this period
     OriginReason reason() const noexcept { return reason_; }
