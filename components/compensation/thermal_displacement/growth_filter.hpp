@@ -145,7 +145,11 @@ public:
             known_ ? possible && std::abs(error) <= by_test(all2, settings) && !claimed(error, noise2, all2)
                    : std::abs(error) <= settings.floor;
         seen_[r.gauge] = r.cycle;
-        if (known_ && settings.by_speed) learn_scatter(error, all2, settings);
+        // Half of what seats and blanks show is the change from contact to contact: errors that keep their
+        // sign are growth.
+        const double change = (error - std::exchange(error_, error)) / std::sqrt(2.0);
+        const double apart = std::hypot(error, change) / std::sqrt(2.0);
+        if (known_ && settings.by_speed) learn_scatter(apart, all2, settings);
         double more2 = moved2, unseen = 0;  // growth that the model does not know: variance, and a distance
         if (!fits) {
             const bool confirmed = claim({error, noise2, r.feed, r.gauge, r.of_tool, r.cycle});
@@ -216,8 +220,8 @@ public:
     bool known() const noexcept {
         return known_;
     }  // a contact was accepted; nothing has been forgotten since
-    // With a question, the mean of both answers; its standard deviation contains the question.
-    double growth() const noexcept { return if_shift() + (of_all() ? probability() * shift_size() : 0); }
+    // With a question, by the answer that is more likely; its standard deviation contains the other one.
+    double growth() const noexcept { return if_shift() + (likely_growth() ? state_[moved] : 0); }
     double sigma(const Settings& settings) const noexcept {
         return std::hypot(std::sqrt(variance() + since2(settings)), sigma_of_answers());
     }
@@ -363,7 +367,7 @@ private:
         scatter2_ = squared((s.by_speed ? rough : 1) * s.repeatability);
         scatter_contacts_ = 5;
         since_ = since_part_ = 60;
-        last_ = age_ = part_ = offset_ = 0;
+        last_ = age_ = part_ = offset_ = error_ = 0;
         accepted_ = 0;
         doubt_ = Doubt::none;
     }
@@ -375,8 +379,10 @@ private:
         const Eigen::Vector3d row(1, driven_, warmth_.value());
         return std::max(0.0, row.dot(covariance_.topLeftCorner<moved, moved>() * row));
     }
+    bool likely_growth() const noexcept { return of_all() && probability_ > 0.5; }
     double sigma_of_answers() const noexcept {
-        return of_all() ? std::sqrt(probability() * (1 - probability())) * std::abs(state_[moved]) : 0;
+        const double other = likely_growth() ? 1 - probability_ : probability_;
+        return of_all() ? std::sqrt(other) * std::abs(state_[moved]) : 0;
     }
 
     double lasted() const noexcept { return std::max(since_, 1.0) * std::clamp(since_, 1.0, lasting); }  // s²
@@ -615,6 +621,7 @@ private:
     double fastest_ = -1;                     // mu/s
     std::uint64_t withdrawn_ = 0;
     Edge silence_;
+    double error_ = 0;  // of the last contact
     double age_ = 0, part_ = 0, offset_ = 0, held_ = 0, left_ = 1;
     std::int32_t accepted_ = 0;  // contacts since nothing was known
     Doubt doubt_ = Doubt::none;

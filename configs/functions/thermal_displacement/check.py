@@ -50,6 +50,7 @@ def check(machinery):
         file.write(("G21\n" if mm == 1 else "G20\n") + machinery.numbered(CYCLE) % "\n".join([plunge] * PLUNGES))
 
     machinery.set("growth.dry-run", False)
+    machinery.set("growth.max-growth-rate", 0.002 * mm)  # a cycle of the trial takes seconds
     grow(machinery, work, 0)
     machinery.machine.mdi(machinery.numbered("M64 P2"))
     machinery.machine.run(program, LONGEST)

@@ -100,7 +100,7 @@ TEST(GrowthFilter, ManyContactsOfOneGaugeAreNoMoreCertainThanItsReference) {
 
 // By the answer that the shift is none.
 double if_shift(const GrowthFilter& its) {
-    return its.growth() - its.probability() * its.shift_size();
+    return its.growth() - (its.probability() > 0.5 ? its.shift_size() : 0);
 }
 
 TEST(GrowthFilter, AShiftOfAllContactsIsAskedAboutAndHarmsNoPartEitherWay) {

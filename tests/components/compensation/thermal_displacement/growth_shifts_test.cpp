@@ -63,7 +63,7 @@ TEST(GrowthShifts, HealthyMachinesAreCorrectedAndNotAccused) {
                 }
                 EXPECT_LT(score.with, score.without) << size;
                 if (size > 40 * um) {
-                    EXPECT_LT(std::sqrt(score.with), 0.21 * std::sqrt(score.without));
+                    EXPECT_LT(std::sqrt(score.with), 0.22 * std::sqrt(score.without));
                 }
                 EXPECT_EQ(score.asked, 0) << size << two_states;
                 EXPECT_LE(score.told, 0.02 * score.cuts) << size << two_states;
