@@ -192,7 +192,8 @@ void thermal_displacement_beside_pid(benchmark::State& state) {
                         {"spindle-speed-cmd", "3000"},
                         {"z-velocity-cmd", "-10"}},
                        {{"load", "steps"}, {"z-position", "slow"}},
-                       "contacts"});
+                       "contacts",
+                       {{"interlock", "no"}}});
 }
 
 // A cycle to learn from, of two seconds, in which a tool meets the work: all that a contact takes.
@@ -242,7 +243,8 @@ void thermal_displacement_in_cycles(benchmark::State& state, bool known) try {
         "update",
         {{"enable", "1"}, {"learn", "1"}, {"operation", "1"}, {"tool-number", "1"}, {"blanking-time", "0"}},
         inputs,
-        "contacts"};
+        "contacts",
+        {{"interlock", "no"}}};
     auto commands = commands_of(nullptr);
     for (const auto& [pin, signal] : inputs) {
         const bool bit = signal == "running" || signal == "complete";
