@@ -7,7 +7,7 @@ GROWTH = 0.012  # mm
 STEPS = 4  # in which it comes, one a cycle: at once it may be a shift
 TOLERANCE = 0.005  # mm
 PLUNGES = 3
-MORE_CYCLES = 3
+MORE_CYCLES = 8
 LONGEST = 300  # s, for a cycle
 FEED = 60  # mm/min
 APPROACH = 1.2  # mm above the work, in which the tool feeds
@@ -50,7 +50,7 @@ def check(machinery):
         file.write(("G21\n" if mm == 1 else "G20\n") + machinery.numbered(CYCLE) % "\n".join([plunge] * PLUNGES))
 
     machinery.set("growth.dry-run", False)
-    machinery.set("growth.max-growth-rate", 0.002 * mm)  # a cycle of the trial takes seconds
+    machinery.set("growth.max-growth-rate", 0.0005 * mm)  # a cycle of the trial takes seconds
     grow(machinery, work, 0)
     machinery.machine.mdi(machinery.numbered("M64 P2"))
     machinery.machine.run(program, LONGEST)
