@@ -50,7 +50,8 @@ def check(machinery):
         file.write(("G21\n" if mm == 1 else "G20\n") + machinery.numbered(CYCLE) % "\n".join([plunge] * PLUNGES))
 
     machinery.set("growth.dry-run", False)
-    machinery.set("growth.max-growth-rate", 0.0005 * mm)  # a cycle of the trial takes seconds
+    machinery.set("growth.follow-speed", False)  # it does not grow by its speed
+    machinery.set("growth.max-growth-rate", 0.002 * mm)  # a cycle of the trial takes seconds
     grow(machinery, work, 0)
     machinery.machine.mdi(machinery.numbered("M64 P2"))
     machinery.machine.run(program, LONGEST)
