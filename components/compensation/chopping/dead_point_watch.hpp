@@ -73,7 +73,7 @@ public:
         turned_ = false;
     }
 
-    // The plan is that of the command now.
+    // `plan`: the plan that the command follows in this period.
     void step(double measured, const StrokePlan& plan) noexcept {
         if (!(plan.shape().stroke() > 0)) return;  // none has run
         const double sign = upward_ ? 1 : -1;

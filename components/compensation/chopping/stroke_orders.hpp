@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What is ordered: by pins (StrokeOrders), by an axis that crosses a coordinate (Crossing), and by the words
-// of a program (StrokeWords), which go before the settings.
+// Orders to a stroke: pins give them (StrokeOrders), an axis gives them when it crosses a coordinate
+// (Crossing), and a program gives them by words (StrokeWords). The words go before the settings.
 #pragma once
 
 #include "components/compensation/chopping/infeed.hpp"
@@ -112,7 +112,7 @@ public:
         section_to,        // mu
         section_ratio,     // 1
         section,           // adds this section: its SpeedSection::Kind
-        without_sections,  // removes all, also those of settings
+        without_sections,  // removes all sections, also the sections of the settings
         check,             // whether a stroke is possible that begins and ends at this position, mu
         forget,            // all words
         go_to_end,         // from where the axis rests

@@ -25,7 +25,7 @@ struct Contact {
     double feed_override = 1;   // ratio
     double applied_offset = 0;  // mu, that the stage added to the Z origin
     double sigma = 0;           // mu, standard deviation of the contact by noise
-    double time_constant = 0;   // s, of the rise of the load; a contact is fitted by that of its reference
+    double time_constant = 0;   // s, of the load's rise; the fit takes the reference's time constant
     double kink = 0;            // mu, by which the load leaves its baseline before that rise: see OnsetShape
     double work_offset = 0;     // mu, along Z: G54 to G59.3 and G92
     double tool_length = 0;     // mu, along Z, by G43
@@ -124,7 +124,7 @@ struct ContactReference {
 };
 
 // Takes the contact of one more cycle into a mean. `scatter` is the sample standard deviation of the
-// displacements by that method, `sigma` that of the mean by the noise of the load.
+// displacements by that method; `sigma` is the standard deviation of the mean, by the noise of the load.
 inline void take_in(Method method, ContactReference& mean, const ContactReference& next) noexcept {
     mean.contact.have_origin(next.contact.work_offset, next.contact.tool_length, true);
     const double before = mean.cycles++;
