@@ -49,7 +49,6 @@ class Rig:
         self.hal, self.declared, self.ini, self.mdi = hal, declared, ini, mdi
         self.sleep, self.clock = sleep, clock
         self.folder = functions_folder
-        self._beat = False
         self.look()
 
     def look(self):
@@ -432,8 +431,7 @@ class Rig:
         self.beat()
 
     def beat(self):
-        self._beat = not self._beat
-        self.set(self.lock, "trial-beat", int(self._beat))
+        self.set(self.lock, "trial-beat", int(not self.get(self.lock, "trial-beat")))
 
     def end_press(self):
         """Ends both kinds of trial at once."""

@@ -288,18 +288,18 @@ struct Commissioning : hal::Group {
     // Once in each period, before the functions; dt of the computer's clock. Whether anything is new.
     bool step(const Machine& machine, const Stages& its_stages, const Functions& its_functions,
               double dt) noexcept {
-        const bool beat = trial_beat;
-        silence_ = beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
+        const std::int32_t stage = trial_stage, function = trial_function;
+        const bool chosen = stage >= 0 || function >= 0, beat = trial_beat, on = required;
+        // A beat of the press before begins no trial.
+        silence_ = !chosen ? longest_pause : beat != beat_ ? 0 : std::min(silence_ + dt, longest_pause);
         beat_ = beat;
-        const bool heard = silence_ < longest_pause, on = required;
+        const bool heard = silence_ < longest_pause;
         since_ += dt;
         on_.store(on, std::memory_order_relaxed);
         if (on || since_ >= interval) {
             since_ = 0;
             asked_.store(true, std::memory_order_relaxed);
         }
-        const std::int32_t stage = trial_stage, function = trial_function;
-        const bool chosen = stage >= 0 || function >= 0;
         const bool measures = chosen && trial_measures, stands = chosen && spindle_speed == 0;
         begun_ = chosen && (begun_ || heard);
         over_ = chosen && (over_ || (begun_ && (!heard || !machine.on || !(stands || measures))));

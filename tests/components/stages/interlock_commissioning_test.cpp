@@ -111,6 +111,20 @@ TEST(InterlockCommissioning, HoldsAFunctionAndItsStagesUntilAllHavePassed) {
     EXPECT_NEAR(machine.applied("x"), 0.01, 1e-6);
 }
 
+TEST(InterlockCommissioning, APressThatFollowsSoonActs) {
+    Machine machine;
+    machine.pass("stage", 0);
+    machine.pass("stage", 1);
+    for (const double pause : {0.01, 0.3, 0.35, 0.39, 0.5}) {
+        machine.bench.set("interlock.trial-function", 0);
+        machine.bench.run(0.1);  // before its first beat, the one of the press before goes silent
+        machine.press(0.2);
+        EXPECT_EQ(machine.status(), none) << pause;
+        machine.bench.set("interlock.trial-function", -1);
+        machine.bench.run(pause);
+    }
+}
+
 TEST(InterlockCommissioning, AFunctionAloneWaitsToo) {
     Machine machine;
     machine.pass("stage", 0);

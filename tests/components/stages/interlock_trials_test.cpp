@@ -97,11 +97,12 @@ public:
         for (const char* pin : {"trial-stage", "trial-function"}) set(pin, -1);
         set("spindle-speed", 0);
         set("trial-measures", 0);
-        bench_.run(1.5);
+        bench_.run(random_.uniform(0.02, 1));  // also sooner than a beat is forgotten
         SCOPED_TRACE((of_function ? "function " : "stage ") + std::to_string(number));
         const double size = random_.uniform(-0.05, 0.05);
         set("trial-offset", of_function ? 0 : size);
         set(of_function ? "trial-function" : "trial-stage", static_cast<double>(number));
+        bench_.run(random_.uniform(0.001, 0.2));
         press(0.02);
         // While somebody presses, all else goes on changing.
         const double pressed = random_.uniform(0.3, 1.5);
