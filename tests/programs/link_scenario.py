@@ -6,7 +6,6 @@
 import contextlib
 import os
 import sys
-import zlib
 
 from plumb_linuxcnc import OperatorError
 from scenario import Scenario, run
@@ -19,12 +18,12 @@ class Day(Scenario):
     def until(self, condition, what):
         self.machine.wait_for(lambda _: condition(), what)
 
-    def expect_identity(self, *files):
-        """Waits until program-id is that of these files."""
-        content = b"".join(open(file, "rb").read() for file in files)
-        crc = zlib.crc32(content)
-        wanted = crc - (1 << 32) * (crc >> 31)
-        self.until(lambda: self.host.get("linuxcnc-link.program-id") == wanted, "the identity of %s" % ", ".join(files))
+    def identity(self):
+        return self.host.get("linuxcnc-link.program-id")
+
+    def write(self, name, text):
+        with open(name, "w") as file:
+            file.write(text)
 
     def work(self):
         self.until(lambda: self.host.get("linuxcnc-link.connected"), "the link")
@@ -43,15 +42,22 @@ class Day(Scenario):
 
     def programs(self):
         self.machine.run("main.ngc")
-        self.expect_identity("main.ngc", "first.ngc", "second.ngc")
-        with open("second.ngc", "a") as file:
-            file.write("(changed)\n")
-        self.expect_identity("main.ngc", "first.ngc", "second.ngc")
+        self.until(lambda: self.identity() != 0, "the identity of the program")
+        known = self.identity()
+        with open("second.ngc") as file:
+            text = file.read()
+        self.write("second.ngc", "".join("N%d %s (edited) ; \n" % (10 * number, line.upper()) for number, line in enumerate(text.splitlines())))
+        self.machine.wait(10)
+        self.facts["edited comments"] = [known, self.identity()]
+        self.write("second.ngc", text + "G4 P0.5\n")
+        self.until(lambda: self.identity() not in (0, known), "the identity of another program")
+        self.write("second.ngc", text)
+        self.until(lambda: self.identity() == known, "the identity of the first one")
         os.rename("test_three_axis.ini", "away.ini")
         self.machine.run("alone.ngc")
-        self.until(lambda: self.host.get("linuxcnc-link.program-id") == 0, "a program in folders that are not known")
+        self.until(lambda: self.identity() == 0, "a program in folders that are not known")
         os.rename("away.ini", "test_three_axis.ini")
-        self.expect_identity("alone.ngc")
+        self.until(lambda: self.identity() not in (0, known), "the identity of alone.ngc")
 
     def tools(self):
         known = self.host.get("linuxcnc-link.tool-set-id")

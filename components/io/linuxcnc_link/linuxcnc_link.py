@@ -31,13 +31,19 @@ UNKNOWN_SIDE = 2
 SIDES = {400: 0, 410: 1, 411: 1, 420: -1, 421: -1}  # by G-code, times ten
 STATES = (linuxcnc.STATE_ESTOP, linuxcnc.STATE_ESTOP_RESET, linuxcnc.STATE_OFF, linuxcnc.STATE_ON)
 CALL = re.compile(rb"^\s*o\s*<\s*([^<>]+?)\s*>\s*call", re.IGNORECASE | re.MULTILINE)
-COMMENT = re.compile(rb"\([^)]*\)|;.*")
+COMMENT = re.compile(rb"\([^)\n]*\)|;.*")
+LINE_NUMBER = re.compile(rb"^n[\d.]+", re.MULTILINE)
 
 
 def identity(content):
     """The CRC-32 as the signed number that a pin holds; 0 is for nothing."""
     crc = zlib.crc32(content)
     return (crc - (1 << 32) if crc >> 31 else crc) or 1
+
+
+def orders(content):
+    """What a program orders, line by line: without comments, blanks, upper case and numbers of lines."""
+    return LINE_NUMBER.sub(b"", re.sub(rb"[^\S\n]", b"", COMMENT.sub(b"", content)).lower())
 
 
 class Program:
@@ -75,7 +81,7 @@ class Program:
         self._path = path
         self._folders = subroutine_folders(status.ini_filename)
         if self._path:
-            self.identity = identity(b"".join(self._contents(self._path)))
+            self.identity = identity(orders(b"".join(self._contents(self._path))))
         self._is_read = True
         self._seen.update(os.path.basename(path) for path in self._stamps)
         return is_named

@@ -89,6 +89,10 @@ class Days(unittest.TestCase):
     def test_no_program_is_known_before_one_is_loaded(self):
         self.assertEqual(self.facts[0]["without a program"], 0)
 
+    def test_comments_blanks_case_and_numbers_of_lines_make_no_other_program(self):
+        before, after = self.facts[0]["edited comments"]
+        self.assertEqual(before, after)
+
     def test_the_tool_set_is_that_of_the_table_with_any_tool_in_the_spindle(self):
         before, after, measured = self.facts[0]["tools"]
         self.assertEqual(before, after)
