@@ -4,7 +4,7 @@
 
     plumb run --speed 10 -- linuxcnc mill.ini by_time.py
 
-For each way it learns from a part on the cold machine, and makes two more. Before each of these the spindle grows.
+For each way it forgets what it learned, learns from a part on the cold machine, and makes two more. Before each of these the spindle grows.
 """
 
 import re
@@ -32,8 +32,10 @@ def make_parts(machine, way):
     if way == "time from the cycle":
         host.halcmd("unlinkp", "growth.clock-start")
     machine.mdi("M68 E1 Q0")
+    host.set("growth.forget", True)
+    machine.wait(0.1)
+    host.set("growth.forget", False)
     machine.run("learn.ngc")
-    machine.wait(1)  # the offset returns to 0
     machine.run("part.ngc")
     before = host.get(["growth.contacts-accepted", "growth.contacts"])
     for part in range(1, PARTS + 1):

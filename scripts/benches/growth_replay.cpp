@@ -84,7 +84,7 @@ int replay() {
     its->settings.by_speed = true;
     its->now = events.empty() ? 0 : events.front().time;
     its->filter.predict(its->machine, its->settings, 1e-3);
-    its->filter.learn(0, 0, true, its->settings);
+    its->filter.begin_at(0, 0, its->settings);
     its->filter.renew_gauges();
     for (const Event& event : events) {
         its->run_until(event.time);

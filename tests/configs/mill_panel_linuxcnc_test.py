@@ -73,7 +73,7 @@ class Days(unittest.TestCase):
 
     def test_a_reference_that_waits_is_not_learnt_again(self):
         self.assertIn("Do not learn again", self.days[1]["morning"])
-        self.assertIn("It replaces the kept reference of 5 contacts.", self.days[1]["replaces"])
+        self.assertIn("A kept reference of this program is replaced; 5 contacts are kept.", self.days[1]["replaces"])
 
     def test_a_new_reference_is_taken_back(self):
         former, learnt, after = self.days[1]["references"]

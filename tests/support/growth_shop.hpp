@@ -164,7 +164,7 @@ struct GrowthShop {
                 if (gauge == 0) zero = grown;
                 reference[gauge] = z;
                 own[gauge] = gauges[gauge].sigma;
-                growth.learn(0, gauges[gauge].sigma, gauge == 0, settings);
+                if (gauge == 0) growth.begin_at(0, gauges[gauge].sigma, settings);
                 if (gauge + 1 == gauges.size()) growth.renew_gauges();
             } else {
                 GrowthFilter::Reading r;

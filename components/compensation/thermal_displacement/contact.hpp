@@ -47,6 +47,11 @@ struct Contact {
         else
             be_higher(-change);
     }
+    // The contact as it would have been with a spindle that is shorter by a distance.
+    void displace(double distance) noexcept {
+        coordinate += distance;
+        be_higher(distance);
+    }
     // As if it had come earlier, by a distance of the feed.
     void be_higher(double distance) noexcept {
         if (time > 0) time = std::max(time + distance / feed, 1e-9);
@@ -109,6 +114,7 @@ struct ContactReference {
     std::int32_t date = 0;     // YYYYMMDD of the last cycle; 0 when not known
     std::int32_t cycles = 1;   // of which it is the mean
     double scatter = 0;        // mu, standard deviation of one cycle's contact; 0 when there is one only
+    double common_sigma = 0;   // mu, of the growth that was subtracted as it was learned
 
     // Whether a reference from a file is plausible.
     bool valid() const noexcept {
@@ -119,7 +125,8 @@ struct ContactReference {
                plausible(c.applied_offset) && plausible(c.sigma) && c.sigma >= 0 &&
                plausible(c.time_constant) && c.time_constant > 0 && plausible(c.work_offset) &&
                plausible(c.tool_length) && plausible(c.kink) && plausible(speed_history) &&
-               plausible(temperature) && date >= 0 && cycles >= 1 && plausible(scatter) && scatter >= 0;
+               plausible(temperature) && date >= 0 && cycles >= 1 && plausible(scatter) && scatter >= 0 &&
+               plausible(common_sigma) && common_sigma >= 0;
     }
 };
 
@@ -152,7 +159,9 @@ inline double displacement_sigma(const Contact& now, const ContactReference& ref
 // The contacts of one cycle, in the order in which they were made.
 class ContactReferences {
 public:
-    static constexpr std::int32_t capacity = 64;
+    static constexpr std::int32_t capacity = 64, most_programs = 8;  // contacts of each program
+
+    bool feed_differed = false;  // they are refused, because all contacts of a cycle came with another feed
 
     std::int32_t size() const noexcept { return size_; }
     const ContactReference& operator[](std::int32_t i) const noexcept { return list_[i]; }  // 0 ≤ i < size()
@@ -186,7 +195,10 @@ public:
         size_ = kept;
     }
 
-    void clear() noexcept { size_ = 0; }
+    void clear() noexcept {
+        size_ = 0;
+        feed_differed = false;
+    }
 
 private:
     std::array<ContactReference, capacity> list_;

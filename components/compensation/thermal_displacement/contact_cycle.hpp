@@ -31,8 +31,7 @@ enum class LearningFault : std::int32_t {
 constexpr const char* sentence(LearningFault fault) {
     switch (fault) {
         case LearningFault::aborted: return "The cycle was not complete.";
-        case LearningFault::disturbed:
-            return "A signal was invalid, an offset was in force, or learn, program or tools changed.";
+        case LearningFault::disturbed: return "A signal was invalid, or learn, program or tools changed.";
         case LearningFault::no_contact: return "No contact was found.";
         case LearningFault::poor: return "The load is too poor: no contact is more certain than gate-floor.";
         case LearningFault::disagree:
@@ -94,11 +93,37 @@ public:
     bool learning() const noexcept { return running_ && learning_; }
     std::int32_t number() const noexcept { return number_; }  // of this cycle, counted from 1
     std::int32_t learnt() const noexcept { return learnt_; }  // cycles in the mean that is still incomplete
-    const ContactReferences& references() const noexcept { return lists_[in_force_]; }
+
+    // Of the program of this cycle, or of the last one; none if that has none, and program() is -1.
+    const ContactReferences& references() const noexcept {
+        return program_ < 0 ? nothing : lists_[list_[program_]];
+    }
+    std::int32_t program() const noexcept { return program_; }
+    bool has(const MachiningSetup& setup) const noexcept { return find(setup) >= 0; }
+    bool has_program(std::int32_t number) const noexcept {
+        for (const std::int32_t i : list_)
+            if (lists_[i].size() > 0 && lists_[i][0].setup.program == number) return true;
+        return false;
+    }
+
+    // All references, of all programs: 0 ≤ i < rows().
+    std::int32_t rows() const noexcept {
+        std::int32_t sum = 0;
+        for (const std::int32_t i : list_) sum += lists_[i].size();
+        return sum;
+    }
+    const ContactReference& row(std::int32_t i) const noexcept {
+        std::int32_t program = 0;
+        for (; i >= lists_[list_[program]].size(); ++program) i -= lists_[list_[program]].size();
+        return lists_[list_[program]][i];
+    }
 
     void begin(bool learn, const MachiningSetup& setup) noexcept {
         running_ = true;
         learning_ = learn;
+        setup_ = setup;
+        program_ = find(setup);
+        if (program_ >= 0) begun_[program_] = number_;
         spoilt_ = clockless_ = rose_twice_ = false;
         doubted_ = {};
         ++number_;
@@ -114,7 +139,8 @@ public:
     };
 
     // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learned from, and
-    // the last of `wanted` such cycles gives a reference; until then the one before stays. The number of
+    // the last of `wanted` such cycles gives a reference, in place of that of the program, or of the program
+    // that has not run for the longest time; until then the one before stays. The number of
     // missed contacts is 0 for an incomplete cycle. Contacts that LearningCheck refuses are not learned, and
     // another cycle is asked for; if they disagree there too, the others are learned alone.
     Ended end(bool complete, Method method, std::int32_t wanted, double largest_sigma) noexcept {
@@ -129,7 +155,9 @@ public:
             learnt_ = 0;
         }
         if (++learnt_ >= wanted) {
-            std::swap(in_force_, mean_);
+            program_ = place(setup_);
+            begun_[program_] = number_;
+            std::swap(list_[program_], mean_);
             drop_mean();
         }
         return ended;
@@ -190,9 +218,15 @@ public:
 
     // A reference was off by a distance, in mu: 0 ≤ i < references().size().
     void displace(std::int32_t i, double distance) noexcept {
-        Contact& contact = lists_[in_force_][i].contact;
-        contact.coordinate += distance;
-        contact.be_higher(distance);
+        lists_[list_[program_]][i].contact.displace(distance);
+    }
+    void refuse_feed(bool refused) noexcept {
+        if (program_ >= 0) lists_[list_[program_]].feed_differed = refused;
+    }
+    // All of this program share an error, in mu.
+    void share(double sigma) noexcept {
+        ContactReferences& its = lists_[list_[program_]];
+        for (std::int32_t i = 0; i < its.size(); ++i) its[i].common_sigma = sigma;
     }
 
     // Calls change(ContactReference&) for each contact that is known, of the present cycle too.
@@ -203,14 +237,18 @@ public:
     }
 
     // From a file. Refused while learning, or if the reference is implausible, one too many, double, or of
-    // another setup than those before.
+    // one program too many.
     bool restore(const ContactReference& reference) noexcept {
-        return !learning() && reference.valid() &&
-               (references().size() == 0 || references().made_with(reference.setup)) &&
-               lists_[in_force_].add(reference);
+        if (learning() || !reference.valid()) return false;
+        const std::int32_t program = place(reference.setup);
+        ContactReferences& its = lists_[list_[program]];
+        if ((its.size() > 0 && !its.made_with(reference.setup)) || !its.add(reference)) return false;
+        program_ = program;
+        return true;
     }
     void forget() noexcept {
-        lists_[in_force_].clear();
+        for (const std::int32_t i : list_) lists_[i].clear();
+        program_ = -1;
         drop_mean();
         agrees_.fill(-1);
     }
@@ -232,11 +270,30 @@ private:
         return LearningFault::none;
     }
 
+    static constexpr std::int32_t programs = ContactReferences::most_programs;
+    static inline const ContactReferences nothing;
     static constexpr std::int32_t most_kinds = 4 * ContactReferences::capacity;  // not each meets the work
 
     ContactReferences& mean() noexcept { return lists_[mean_]; }
     ContactReferences& draft() noexcept { return lists_[draft_]; }
-    const ContactReferences& partners() const noexcept { return lists_[learning_ ? mean_ : in_force_]; }
+    const ContactReferences& partners() const noexcept { return learning_ ? lists_[mean_] : references(); }
+
+    std::int32_t find(const MachiningSetup& setup) const noexcept {
+        const auto* const its = std::find_if(list_.begin(), list_.end(),
+                                             [&](std::int32_t i) { return lists_[i].made_with(setup); });
+        return its == list_.end() ? -1 : static_cast<std::int32_t>(its - list_.begin());
+    }
+    // Of a program that may be new: a free one, or the one that has not run for the longest time.
+    std::int32_t place(const MachiningSetup& setup) const noexcept {
+        const auto age = [&](std::int32_t program) {
+            const ContactReferences& its = lists_[list_[program]];
+            return its.made_with(setup) ? -2 : its.size() == 0 ? -1 : begun_[program];
+        };
+        std::int32_t oldest = 0;
+        for (std::int32_t i = 1; i < programs; ++i)
+            if (age(i) < age(oldest)) oldest = i;
+        return oldest;
+    }
 
     void drop_mean() noexcept {
         mean().clear();
@@ -256,8 +313,12 @@ private:
         return any;
     }
 
-    ContactReferences lists_[3];
-    int in_force_ = 0, mean_ = 1, draft_ = 2;  // of them; the draft is of the present cycle
+    std::array<ContactReferences, programs + 2> lists_;
+    std::array<std::int32_t, programs> list_{0, 1, 2, 3, 4, 5, 6, 7};  // of each program
+    std::int32_t mean_ = programs, draft_ = programs + 1;  // of them; the draft is of the present cycle
+    std::array<std::int32_t, programs> begun_{};           // number of the last cycle of each program
+    std::int32_t program_ = -1;
+    MachiningSetup setup_;  // of the cycle
     bool running_ = false;
     bool learning_ = false;
     bool spoilt_ = false;
@@ -273,34 +334,38 @@ private:
     std::array<std::int32_t, ContactReferences::capacity> agrees_;  // index in the mean by that in the draft
 };
 
-// Why a reference as a whole is refused.
+// Why a program is not compared.
 enum class Refusal : std::int32_t { none, program, tool_set, feed };
 
 constexpr const char* sentence(Refusal refusal) {
     switch (refusal) {
-        case Refusal::program: return "The reference is of another program.";
-        case Refusal::tool_set: return "The reference is of another set of tools.";
+        case Refusal::program: return "No reference is of this program.";
+        case Refusal::tool_set: return "The reference of this program is of another set of tools.";
         default: return nullptr;  // feed: as Rejection::feed_differs
     }
 }
 
-// Whether a reference may be used at all. It is judged as a cycle begins; a cycle in which all contacts
-// came with another feed or override refuses it as well, for the next ones. A refusal stays until it is
-// acknowledged, a cycle is learned from or there is no reference any more: a message to the operator must
-// not vanish by itself.
+// Whether the references may be used, judged as a cycle begins. A cycle in which all contacts came with
+// another feed or override refuses those of its program, until that is acknowledged or learned again.
 class ReferenceRefusal {
 public:
     Refusal reason() const noexcept { return reason_; }
     bool compares() const noexcept { return compares_; }  // in this cycle
 
-    void begin(const ContactReferences& references, const MachiningSetup& setup, bool learn) noexcept {
-        if (learn || references.size() == 0) {
-            reason_ = Refusal::none;
-        } else if (reason_ == Refusal::none && !references.made_with(setup)) {
-            reason_ = references[0].setup.program != setup.program ? Refusal::program : Refusal::tool_set;
-        }
+    void begin(const ContactCycle& cycle, const MachiningSetup& setup, bool learn) noexcept {
+        reason_ = learn || cycle.rows() == 0         ? Refusal::none
+                  : cycle.references().feed_differed ? Refusal::feed
+                  : cycle.has(setup)                 ? Refusal::none
+                  : cycle.has_program(setup.program) ? Refusal::tool_set
+                                                     : Refusal::program;
         compares_ = reason_ == Refusal::none;
         agreed_ = differs_ = false;
+    }
+
+    // Between two cycles: the program may be back.
+    void look(const ContactCycle& cycle, const MachiningSetup& setup) noexcept {
+        const bool of_setup = reason_ == Refusal::program || reason_ == Refusal::tool_set;
+        if (of_setup && cycle.has(setup)) reason_ = Refusal::none;
     }
 
     // A contact of this cycle was compared with its partner, with this outcome.
@@ -308,12 +373,19 @@ public:
         (outcome == Rejection::feed_differs ? differs_ : agreed_) = true;
     }
 
-    void end(bool complete) noexcept {
-        if (compares_ && complete && !agreed_ && differs_) reason_ = Refusal::feed;
+    // Not of a learning cycle.
+    void end(bool complete, ContactCycle& cycle) noexcept {
+        if (compares_ && complete && !agreed_ && differs_) {
+            reason_ = Refusal::feed;
+            cycle.refuse_feed(true);
+        }
         compares_ = false;
     }
 
-    void acknowledge() noexcept { reason_ = Refusal::none; }
+    void acknowledge(ContactCycle& cycle) noexcept {
+        if (reason_ == Refusal::feed) cycle.refuse_feed(false);
+        reason_ = Refusal::none;
+    }
 
 private:
     Refusal reason_ = Refusal::none;

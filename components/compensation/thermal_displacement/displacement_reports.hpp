@@ -39,7 +39,7 @@ struct ContactReport : hal::Group {
         learnt = measured.tally().learnt();
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;
-        reference_valid = refusal == Refusal::none && measured.cycle().references().made_with(setup);
+        reference_valid = refusal == Refusal::none && measured.cycle().has(setup);
         growth_known = measured.known();
         growth_uncertain = measured.uncertain(settings);
     }
@@ -81,7 +81,8 @@ struct ContactReport : hal::Group {
     hal::Out<bool> reference_valid{this, "reference-valid",
                                    "There is a reference for this program and these tools."};
     hal::Out<bool> reference_refused{this, "reference-refused",
-                                     "The reference is not used until acknowledged."};
+                                     "No reference is used: none is of this program and these tools, or the "
+                                     "feed differs until acknowledged."};
     hal::Out<bool> growth_known{this, "growth-known",
                                 "A contact was accepted since the start, a restore or a forget."};
     hal::Out<bool> growth_uncertain{this, "growth-uncertain",
@@ -213,6 +214,9 @@ struct ReferenceRow final : hal::RecordRow<ContactReference> {
                                "Number of cycles that this is the mean of."};
     Field<double> scatter{this, record.scatter, "scatter", "mu",
                           "Standard deviation of the contact from cycle to cycle; 0 of one cycle."};
+    Field<double> common_sigma{this, record.common_sigma, "common-sigma", "mu",
+                               "Standard deviation of the growth that was subtracted when the program was "
+                               "learned: an error that all its contacts share."};
 };
 
 }  // namespace plumb

@@ -116,15 +116,16 @@ constexpr hal::Said said(DisplacementStatus status) {
                     "Check it. Until then the offset holds, and returns to 0 after the hold time."};
         case S::learning: return {Kind::good, "Learns from this part.", "", {}, "contacts"};
         case S::will_learn:
-            return {Kind::wait, "Learns from the next part.", "Run one part on the cold machine."};
+            return {Kind::wait, "Learns from the next part.",
+                    "Run one part; on the cold machine while no growth is known."};
         case S::learning_failed:
             return hal::Said{Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.",
                              hal::Button::learn, "detail-code"}
                 .told(Tell::text);
         case S::refused:
             return {Kind::bad, "The reference is refused: nothing is corrected.",
-                    "Acknowledge if the reference fits, or learn again.", hal::Button::acknowledge,
-                    "detail-code"};
+                    "Acknowledge when the program has its feed again, or learn again.",
+                    hal::Button::acknowledge, "detail-code"};
         case S::no_reference:
             return {Kind::warn, "There is no reference: nothing is corrected.",
                     "Learn from a part on the cold machine.", hal::Button::learn};
@@ -135,8 +136,9 @@ constexpr hal::Said said(DisplacementStatus status) {
                     {},
                     "rows"};
         case S::other_program:
-            return {Kind::warn, "The kept reference is of another program or other tools.",
-                    "Load its program. Learning again replaces the reference.", hal::Button::learn};
+            return {Kind::warn, "No reference is of this program and these tools: nothing is corrected.",
+                    "Learn from a part of this program. The references of others stay, of eight programs.",
+                    hal::Button::learn, "detail-code"};
         case S::missed:
             return doubted(
                 "Contacts do not come, or do not count: the offset holds, and returns to 0 after the hold "
@@ -231,9 +233,9 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {its.learning, S::learning},
                           {its.will_learn, S::will_learn},
                           {its.learning_fault != LearningFault{}, S::learning_failed},
-                          {its.refusal != Refusal{}, S::refused},
+                          {its.refusal == Refusal::feed, S::refused},
                           {!its.has_reference && !its.has_rows, S::no_reference},
-                          {!its.has_reference && !its.cycle_running, S::kept},
+                          {!its.has_reference && !its.cycle_running && its.refusal == Refusal{}, S::kept},
                           {!its.has_reference, S::other_program},
                           {its.interlock != S{}, its.interlock},
                           {its.asks_origin, S::asks_origin},

@@ -90,13 +90,12 @@ public:
     // The result of a period.
     enum class Event { none, contact, accepted };
 
-    // One period of dt > 0, in s. The sample is judged. `at_zero`: no offset is in force, as it must be while
-    // learning. The settings must be valid.
-    Event step(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
+    // One period of dt > 0, in s. The sample is judged. The settings must be valid.
+    Event step(const Sample& s, const Settings& settings, double dt) noexcept {
         follow_cycle(s, settings);
         follow_origin(s, dt);
         waited_ += dt;
-        const Event event = find(s, at_zero, settings, dt);
+        const Event event = find(s, settings, dt);
         const std::int32_t state = 4 * cycle_.running() + 2 * s.load_lost + tally_.barren();
         due_ = ++periods_ >= seldom || waited_ >= longest_wait || event != Event::none ||
                std::exchange(state_, state) != state;
@@ -118,10 +117,10 @@ public:
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
-    // The growth may be applied: nothing is being learned, and the reference is not refused.
+    // The growth may be applied: the reference is not refused. While it is learned, the growth that is known
+    // stays in force.
     bool applicable() const noexcept {
-        return !cycle_.learning() && refusal_.reason() == Refusal::none &&
-               (refusal_.compares() || !cycle_.running());
+        return refusal_.reason() == Refusal::none && (refusal_.compares() || !cycle_.running());
     }
 
     // The last contact, even a rejected one.
@@ -153,11 +152,12 @@ public:
     double learning_growth() const noexcept { return learning_growth_; }
 
     // See ReferenceRefusal.
-    void acknowledge() noexcept { refusal_.acknowledge(); }
+    void acknowledge() noexcept { refusal_.acknowledge(cycle_); }
 
     // See ContactCycle. The growth is unknown then.
     bool restore(const ContactReference& reference) noexcept {
         if (!cycle_.restore(reference)) return false;
+        filter_.have_references(cycle_.program(), reference.common_sigma);
         forget_growth();
         return true;
     }
@@ -192,8 +192,8 @@ private:
         filter_.apply(machine_, settings, std::exchange(since_applied_, 0));
     }
 
-    Event find(const Sample& s, bool at_zero, const Settings& settings, double dt) noexcept {
-        if (!s.complete || !s.learn || !at_zero || !(s.setup == setup_)) cycle_.spoil();
+    Event find(const Sample& s, const Settings& settings, double dt) noexcept {
+        if (!s.complete || !s.learn || !(s.setup == setup_)) cycle_.spoil();
         step_ = s.step;
         const auto found = finder_.step(s, cycle_, settings, dt);
         if (rose_again_.rises(finder_.detector().rose_again())) cycle_.doubt(finder_.found().key);
@@ -213,6 +213,7 @@ private:
     // A cycle begins as cycle_running rises, never in its middle, and ends as that or enable falls.
     void follow_cycle(const Sample& s, const Settings& settings) noexcept {
         const bool starts = running_.rises(s.cycle_running);
+        if (!cycle_.running()) refusal_.look(cycle_, s.setup);
         if (cycle_.running() && !(s.enable && s.cycle_running)) {
             const bool complete = s.enable && s.cycle_complete;
             CycleTally::Cycle its;
@@ -227,17 +228,28 @@ private:
             its.missed = ended.missed;
             its.fault = ended.fault;
             if (its.new_reference) {
-                filter_.renew_gauges();
+                if (counts_from_here_) {
+                    filter_.begin_at(filter_.growth() - origin_growth_, judge_references(settings), settings);
+                    filter_.have_references(cycle_.program(), 0);
+                } else {
+                    filter_.learned_by_growth(cycle_.program(), settings);
+                }
+                cycle_.share(filter_.common_sigma(cycle_.program()));
                 asked_ = {};
-                learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
+                if (counts_from_here_) learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
             }
             reference_sigma_ = judge_references(settings);
-            refusal_.end(complete && !its.learning);
+            refusal_.end(complete && !its.learning, cycle_);
             tally_.end(its);
         }
         if (s.enable && starts) {
             cycle_.begin(s.learn, s.setup);
-            refusal_.begin(cycle_.references(), s.setup, s.learn);
+            if (s.learn && cycle_.learnt() == 0) {
+                counts_from_here_ = !filter_.known_within(settings.hold_time);
+                origin_growth_ = learnt_contacts_ = 0;
+            }
+            if (cycle_.program() >= 0) filter_.use(cycle_.program());
+            refusal_.begin(cycle_, s.setup, s.learn);
             finder_.begin(settings.program_clock);
             tally_.begin();
             reference_sigma_ = judge_references(settings);
@@ -340,13 +352,17 @@ private:
             if (learning) cycle_.doubt(finder_.found().key);
             return reject(Rejection::rises_twice);
         }
+        if (learning && !counts_from_here_) follow_former(settings);
         const Rejection reason = fresh      ? Rejection::none
                                  : !partner ? Rejection::unexpected
                                             : compare(*partner, settings);
-        if (learning) cycle_.learn(finder_.found(), !fresh && reason == Rejection::none);
+        if (learning) {
+            ContactReference learnt = finder_.found();
+            if (!counts_from_here_) learnt.contact.displace(-filter_.growth());
+            cycle_.learn(learnt, !fresh && reason == Rejection::none);
+        }
         if (reason != Rejection::none) return reject(reason);
-        const double sigma = learning && fresh ? finder_.found().contact.sigma : sigma_;
-        if (learning) filter_.learn(fresh ? 0 : growth_, sigma, fresh, settings);
+        if (learning) origin_growth_ += (filter_.growth() - origin_growth_) / ++learnt_contacts_;
         tally_.accept(learning);
         return learning ? Event::contact : Event::accepted;
     }
@@ -370,7 +386,23 @@ private:
         if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
         sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
         const GrowthFilter::Reading r = reading(partner, settings);
-        return cycle_.learning() ? filter_.compare(r, settings) : filter_.judge(r, settings);
+        if (!cycle_.learning()) return filter_.judge(r, settings);
+        return filter_.compare(r.growth + (counts_from_here_ ? origin_growth_ : 0), settings);
+    }
+
+    // A program is learned again: what fits its former reference keeps the growth known.
+    void follow_former(const Settings& settings) noexcept {
+        const std::int32_t i = cycle_.references().find(finder_.found().key);
+        if (i < 0) return;
+        const ContactReference& former = cycle_.references()[i];
+        const Contact& now = finder_.found().contact;
+        if (comparison(settings.method(), now, former.contact, settings) != Rejection::none ||
+            rises_unlike(now, former.contact, former.cycles, harmless(settings)) ||
+            std::abs(now.origin_since(former.contact)) > smallest_change)
+            return;
+        growth_ = plumb::growth(settings.method(), now, former.contact);
+        if (std::abs(growth_ - filter_.growth()) <= filter_.gate(settings))
+            filter_.judge(reading(former, settings), settings);
     }
 
     GrowthFilter::Reading reading(const ContactReference& partner, const Settings& settings) const noexcept {
@@ -441,6 +473,9 @@ private:
     GrowthFilter filter_;
     CycleTally tally_;
     double reference_sigma_ = 0;
+    bool counts_from_here_ = false;  // the growth: it was not known when learning began
+    double origin_growth_ = 0;       // mu, at the contacts that were learned since: the mean
+    std::int32_t learnt_contacts_ = 0;
     double usual_growth_ = 0, learning_growth_ = 0;  // as this cycle began, and within the learning cycle
     Edge running_, rose_again_;
     MachiningSetup setup_;  // as the cycle began

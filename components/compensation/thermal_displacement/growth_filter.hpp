@@ -39,10 +39,11 @@ enum class Doubt : std::int32_t {
 // The growth of a spindle by contacts of several gauges, and the offset that is safe to apply:
 //
 //     g = b + K x + c T           x' = (u - x) / 600 s, four times slower at rest     u = (n / 5000 rpm)^1.7
-//     z = g + r_i + s + noise     r_i: error of the reference of gauge i              s: shifts, no growth
+//     z = g + p + r_i + s + noise     p, r_i: errors of the references of a program, of gauge i     s: shifts
 //
-// b, K, c and the r_i are the state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960). Since the last
-// contact b may have moved by as much as this machine has shown before; seats and blanks scatter as its
+// A reference that is learned at a growth g^ is less by g^, whose error all its gauges share: that is p. b,
+// K, c, the p and the r_i are the state of a Kalman filter (R. E. Kalman, J. Basic Eng. 82, 1960). Since the
+// last contact b may have moved by as much as this machine has shown before; seats and blanks scatter as its
 // contacts have. A contact beyond `test` standard deviations counts for nothing until another one agrees with
 // it. If the contacts of one tool have moved and those of others stand, that tool has another length. Else
 // all have moved at once: by growth, or because work, zero or tool have. Growth has the probability p, by
@@ -53,6 +54,7 @@ enum class Doubt : std::int32_t {
 class GrowthFilter {
 public:
     using Settings = DisplacementSettings;
+    static constexpr std::int32_t most_programs = ContactReferences::most_programs;
 
     // A contact that could be compared with its reference.
     struct Reading {
@@ -130,17 +132,20 @@ public:
 
         Row row = row_of(r);
         const double z = r.growth - of_gauge_[r.gauge], error = z - state_.head(used_).dot(row);
-        if (!(std::abs(r.growth - displaced(r.gauge, r.feed) - last_) <= settings.max_correction))
+        const double of_program = state_[common + program_];
+        if (!(std::abs(r.growth - displaced(r.gauge, r.feed) - of_program - last_) <=
+              settings.max_correction))
             return Rejection::too_large;
         if (std::abs(r.step) > 0 && std::abs(error / r.step - 1) < 0.5) {
             withdrawn_ |= bit(r.gauge);  // nearer to the step than to rest: an event of the program
             return Rejection::withdrawn;
         }
         const double noise2 = squared(r.noise) + scatter2_, moved2 = unforeseen(settings);
+        const double common2 = covariance_(common + program_, common + program_);
         const double rest2 = row.dot(covariance_.topLeftCorner(used_, used_) * row) + noise2;
         const double all2 = rest2 + moved2;
-        const bool possible =
-            std::abs(z - row[moved] * state_[moved] - last_) <= by_rate(settings) + 3 * std::sqrt(noise2);
+        const bool possible = std::abs(z - row[moved] * state_[moved] - of_program - last_) <=
+                              by_rate(settings) + 3 * std::sqrt(noise2 + common2);
         const bool fits =
             known_ ? possible && std::abs(error) <= by_test(all2, settings) && !claimed(error, noise2, all2)
                    : std::abs(error) <= settings.floor;
@@ -167,7 +172,7 @@ public:
         if (known_) past_.see(squared(error + unseen), rest2, lasted(), slowest2(settings));
         if (!settings.by_speed && fits) more2 = r.cycle == cycle_ ? 0 : squared(settings.cap);
         correct(row, error + unseen, noise2, more2);
-        last_ = r.growth - displaced(r.gauge, r.feed);
+        last_ = r.growth - displaced(r.gauge, r.feed) - state_[common + program_];
         if (r.cycle != std::exchange(cycle_, r.cycle)) since_part_ = since_;
         since_ = 0;
         driven_then_ = driven_;
@@ -176,35 +181,64 @@ public:
         return Rejection::none;
     }
 
-    // Of a learning cycle: compared with the mean so far, and then learned. With the `first` one of a new
-    // reference the growth counts from there on.
-    Rejection compare(const Reading& r, const Settings& settings) const noexcept {
-        const double change = std::abs(r.growth - last_);
+    // Of a learning cycle, with the mean so far.
+    Rejection compare(double growth, const Settings& settings) const noexcept {
+        const double change = std::abs(growth - if_shift());
         if (!(change <= settings.max_correction)) return Rejection::too_large;
         return change <= settings.floor ? Rejection::none : Rejection::beyond_gate;
     }
-    void learn(double growth, double sigma, bool first, const Settings& settings) noexcept {
+
+    // The growth is known from here on.
+    void begin_at(double growth, double sigma, const Settings& settings) noexcept {
         if (!started_) start(settings);
-        if (first) {
-            state_[bias] += growth - if_shift();
-            covariance_.row(bias).setZero();
-            covariance_.col(bias).setZero();
-            const Eigen::Vector2d driven(driven_, warmth_.value());
-            const Eigen::Vector2d with = -covariance_.block<2, 2>(effect, effect) * driven;
-            covariance_.block<2, 1>(effect, bias) = with;
-            covariance_.block<1, 2>(bias, effect) = with.transpose();
-            covariance_(bias, bias) = squared(2 * settings.repeatability) + squared(sigma) - driven.dot(with);
-        } else {
-            Row row = Row::Zero(used_);
-            row.head<moved>() << 1, driven_, warmth_.value();
-            correct(row, growth - if_shift(), squared(sigma) + scatter2_, 0);
-        }
+        state_[bias] += growth - if_shift();
+        covariance_.row(bias).setZero();
+        covariance_.col(bias).setZero();
+        const Eigen::Vector2d driven(driven_, warmth_.value());
+        const Eigen::Vector2d with = -covariance_.block<2, 2>(effect, effect) * driven;
+        covariance_.block<2, 1>(effect, bias) = with;
+        covariance_.block<1, 2>(bias, effect) = with.transpose();
+        covariance_(bias, bias) = squared(2 * settings.repeatability) + squared(sigma) - driven.dot(with);
         last_ = growth;
         since_ = 0;
         driven_then_ = driven_;
         known_ = true;
         accepted_ = 0;
     }
+    bool known_within(double time) const noexcept { return known_ && since_ <= time; }  // s
+
+    // The contacts to come are compared with the references of a program, 0 ≤ program < most_programs.
+    void use(std::int32_t program) noexcept {
+        if (program == program_) return;
+        renew_gauges();
+        program_ = program;
+    }
+    // These were learned in parts that the offset has followed: less growth() each.
+    void learned_by_growth(std::int32_t program, const Settings& settings) noexcept {
+        const double answers = sigma_of_answers();
+        renew_gauges();
+        covariance_(bias, bias) += since2(settings);
+        since_ = 0;
+        driven_then_ = driven_;
+        Row row = Row::Zero(used_);
+        row.head<moved>() << 1, driven_, warmth_.value();
+        covariance_.row(common + program).setZero();
+        covariance_.col(common + program).setZero();
+        const Row error = -covariance_.topLeftCorner(used_, used_) * row;
+        covariance_.row(common + program).head(used_) = error.transpose();
+        covariance_.col(common + program).head(used_) = error;
+        have_common(program, std::hypot(std::sqrt(variance()), answers));
+        program_ = program;
+    }
+    // ... or where the growth was 0, by begin_at(); or they are restored. `sigma`, in mu, is shared by all.
+    void have_references(std::int32_t program, double sigma) noexcept {
+        renew_gauges();
+        covariance_.row(common + program).setZero();
+        covariance_.col(common + program).setZero();
+        have_common(program, sigma);
+        program_ = program;
+    }
+    double common_sigma(std::int32_t program) const noexcept { return common_sigma_[program]; }
 
     // All gauges have new references; the growth stays known.
     void renew_gauges() noexcept {
@@ -236,7 +270,7 @@ public:
     Doubt doubt() const noexcept { return doubt_; }
     // Largest change that a contact may show by itself.
     double gate(const Settings& s) const noexcept {
-        return known_ ? std::min(by_test(variance() + unforeseen(s) + 2 * scatter2_, s), by_rate(s))
+        return known_ ? std::min(by_test(contact_variance() + unforeseen(s) + 2 * scatter2_, s), by_rate(s))
                       : s.floor;
     }
     double usual_growth(const Settings& settings) const noexcept {
@@ -281,14 +315,15 @@ public:
     };
     Expected expected(const Reading& r, const Settings& settings) const noexcept {
         if (!known_) return {0, settings.cap / 2};
-        const double sigma2 = variance() + unforeseen(settings) + 2 * scatter2_;
-        return {if_shift() + displaced(r.gauge, r.feed),
+        const double sigma2 = contact_variance() + unforeseen(settings) + 2 * scatter2_;
+        return {if_shift() + state_[common + program_] + displaced(r.gauge, r.feed),
                 std::sqrt(sigma2 + squared(r.noise) + squared(r.reference_sigma))};
     }
 
 private:
     static constexpr std::int32_t most_gauges = ContactReferences::capacity, never = -9, most_claims = 8;
-    static constexpr std::int32_t bias = 0, effect = 1, warmth = 2, moved = 3, first_gauge = 4,
+    static constexpr std::int32_t bias = 0, effect = 1, warmth = 2, moved = 3, common = 4,
+                                  first_gauge = common + most_programs,
                                   most_states = first_gauge + most_gauges;
 
     // On 800 drawn shops, of tests/support/growth_shop.hpp with shifts, doors, stops and nights, the rms
@@ -365,6 +400,7 @@ private:
         covariance_(bias, bias) = squared(2 * s.expected_growth);
         covariance_(effect, effect) = squared(state_[effect]);
         covariance_(warmth, warmth) = squared(s.temperature_growth);
+        for (std::int32_t i = 0; i < most_programs; ++i) have_common(i, common_sigma_[i]);
         past_ = {squared((s.by_speed ? settled_rate : first_rate) * s.max_growth_rate)};
         scatter2_ = squared((s.by_speed ? rough : 1) * s.repeatability);
         scatter_contacts_ = 5;
@@ -374,12 +410,25 @@ private:
         doubt_ = Doubt::none;
     }
 
+    void have_common(std::int32_t program, double sigma) noexcept {
+        state_[common + program] = 0;
+        covariance_(common + program, common + program) = squared(sigma);
+        common_sigma_[program] = sigma;
+    }
+
     double if_shift() const noexcept {
         return state_[bias] + state_[effect] * driven_ + state_[warmth] * warmth_.value();
     }
     double variance() const noexcept {
         const Eigen::Vector3d row(1, driven_, warmth_.value());
         return std::max(0.0, row.dot(covariance_.topLeftCorner<moved, moved>() * row));
+    }
+    // ... and of the error that the references of this program share.
+    double contact_variance() const noexcept {
+        Row row = Row::Zero(first_gauge);
+        row.head<moved>() << 1, driven_, warmth_.value();
+        row[common + program_] = 1;
+        return std::max(0.0, row.dot(covariance_.topLeftCorner<first_gauge, first_gauge>() * row));
     }
     bool likely_growth() const noexcept { return of_all() && probability_ > 0.5; }
     double sigma_of_answers() const noexcept {
@@ -410,8 +459,8 @@ private:
             covariance_(slot, slot) = squared(r.reference_sigma);
         }
         Row row = Row::Zero(used_);
-        row.head<first_gauge>() << 1, driven_, warmth_.value(), of_all() ? weight_of(r.feed) : 0;
-        row[slot] = 1;
+        row.head<common>() << 1, driven_, warmth_.value(), of_all() ? weight_of(r.feed) : 0;
+        row[common + program_] = row[slot] = 1;
         return row;
     }
 
@@ -599,11 +648,13 @@ private:
     Eigen::Matrix<double, most_states, 1> state_ = Eigen::Matrix<double, most_states, 1>::Zero();
     Eigen::Matrix<double, most_states, most_states> covariance_ =
         Eigen::Matrix<double, most_states, most_states>::Zero();
-    std::int32_t used_ = first_gauge;               // states
-    std::array<std::int8_t, most_gauges> slots_{};  // of each gauge in the state
-    std::array<std::int32_t, most_gauges> seen_{};  // part of its last contact
-    std::array<double, most_gauges> of_gauge_{};    // shift of its tool
-    bool stood_ = false;                            // a contact of another tool fitted while claims waited
+    std::int32_t used_ = first_gauge;  // states
+    std::int32_t program_ = 0;
+    std::array<double, most_programs> common_sigma_{};  // mu, when their references were learned
+    std::array<std::int8_t, most_gauges> slots_{};      // of each gauge in the state
+    std::array<std::int32_t, most_gauges> seen_{};      // part of its last contact
+    std::array<double, most_gauges> of_gauge_{};        // shift of its tool
+    bool stood_ = false;  // a contact of another tool fitted while claims waited
     bool started_ = false, known_ = false, first_known_ = false, doubtful_ = false, answered_ = false;
     bool by_speed_ = false;  // settings of the start
     double expected_growth_ = 0, temperature_growth_ = 0, repeatability_ = 0;

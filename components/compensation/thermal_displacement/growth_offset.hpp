@@ -30,7 +30,6 @@ public:
     struct Wish {
         bool applying = false;    // else it returns to 0
         bool known = false;       // there is a growth
-        bool accepted = false;    // a contact, in this period: it is applied from the first one on
         bool may_change = false;  // the growth that it follows
         bool may_move = false;    // Z, now
         double growth = 0;        // mu
@@ -39,9 +38,8 @@ public:
 
     // One period of dt > 0, in s. A change up to `smallest` mu is not applied.
     void step(const Wish& wish, const Settings& settings, double smallest, double dt) noexcept {
-        following_ = wish.applying && wish.known && (following_ || wish.accepted);
         if (!wish.applying) target_ = 0;
-        if (following_ && wish.may_change && std::abs(wish.growth - target_) > smallest)
+        if (wish.applying && wish.known && wish.may_change && std::abs(wish.growth - target_) > smallest)
             target_ = wish.growth;
         const double asked = wish.applying ? target_ + wish.step : 0;
         const double offset = bounded(asked, settings.max_offset);
@@ -53,7 +51,7 @@ public:
     bool limited() const noexcept { return limited_; }       // the growth exceeds the bound
 
 private:
-    bool following_ = false, limited_ = false;
+    bool limited_ = false;
     double target_ = 0;  // mu
     SlewLimit slew_;
 };

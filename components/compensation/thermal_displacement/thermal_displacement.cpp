@@ -75,7 +75,7 @@ struct ThermalDisplacement final : hal::Component {
             .limited(limited)
             .at_next_cycle()};
 
-    hal::Effects withholds{this, hal::Effect::withholds, dry_run, machine.learn};
+    hal::Effects withholds{this, hal::Effect::withholds, dry_run};
 
     hal::Function run{this, "update", &ThermalDisplacement::update, hal::Place::source,
                       "After all its inputs."};
@@ -90,13 +90,12 @@ struct ThermalDisplacement final : hal::Component {
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
         if (periods_++ % between_settings == 0) take_settings();
-        const bool at_zero = offset_.value() == 0 && std::abs(now.applied_offset) <= own_.tolerance;
         const bool dry = dry_run;
-        const bool applying = now.enable && !dry && !now.learn && measured_.applicable();
-        const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying);
+        const bool applying = now.enable && !dry && measured_.applicable();
+        const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying && !now.learn);
         now.step = step_;
 
-        const auto event = measured_.step(now, at_zero, contact_, dt);
+        const auto event = measured_.step(now, contact_, dt);
         if (conditions.acknowledges()) {
             measured_.acknowledge();
             shown_event_ = true;
@@ -105,7 +104,6 @@ struct ThermalDisplacement final : hal::Component {
         GrowthOffset::Wish wish;
         wish.applying = applying;
         wish.known = measured_.known();
-        wish.accepted = event == GrowthByContact::Event::accepted;
         wish.may_change = starts || !offset_settings.constant_in_part;
         const bool frozen = applying && (now.load_lost ? !load_gone_ : lost != Lost::nothing);
         const bool untouched = now.cycle_running || !applying;  // else an operator may be at the machine
@@ -129,7 +127,7 @@ struct ThermalDisplacement final : hal::Component {
         const bool shows = measured_.due() || shown_event_;
         if (shows) show(event, applying, doubt, now.setup);
         shown_event_ = event != GrowthByContact::Event::none;
-        summary.step(applying && now.cycle_running && step_ == 0, offset_.value(), trust.sigma(),
+        summary.step(applying && now.cycle_running && !now.learn && step_ == 0, offset_.value(), trust.sigma(),
                      measured_.known() && doubt != Doubt::none, dt);
         walk();
         if (shows || its_fault != fault_) show_status(now, its_fault, doubt, dry, applying);
@@ -156,7 +154,7 @@ private:
     Doubt doubted(bool applying) const noexcept {
         if (!applying) return Doubt::none;
         if (measured_.known()) return measured_.filter().doubt();
-        return measured_.cycle().references().size() > 0 ? Doubt::unknown : Doubt::none;
+        return measured_.cycle().rows() > 0 ? Doubt::unknown : Doubt::none;
     }
 
     void show(GrowthByContact::Event event, bool applying, Doubt doubt,
@@ -191,8 +189,8 @@ private:
         seen.learning_fault = measured_.tally().learning_fault();
         seen.refusal = measured_.refusal().reason();
         seen.rejection = measured_.tally().of_last_contact();
-        seen.has_reference = measured_.cycle().references().made_with(now.setup);
-        seen.has_rows = measured_.cycle().references().size() > 0;
+        seen.has_reference = measured_.cycle().has(now.setup);
+        seen.has_rows = measured_.cycle().rows() > 0;
         seen.cycle_running = now.cycle_running;
         seen.dry_run = dry;
         seen.doubt = doubt;
@@ -221,8 +219,8 @@ private:
         if (forgets) measured_.forget();
         if (restores) records.restored(measured_.restore(row.given()));
         if (!forgets && !restores && !measured_.due() && !records.asks()) return;
-        const ContactReferences& references = measured_.cycle().references();
-        records.show(references.size(), [&](std::int32_t i) noexcept { row.show(references[i]); });
+        const ContactCycle& cycle = measured_.cycle();
+        records.show(cycle.rows(), [&](std::int32_t i) noexcept { row.show(cycle.row(i)); });
     }
 
     GrowthByContact measured_;

@@ -101,10 +101,10 @@ class GrowthPage(FunctionPage):
     def _learn(self):
         def question():
             values = self.panel.guard.values()
-            text = _("Learn from the next part? The machine must be cold, and the offset must be taken back.")
+            text = _("Learn from the next part? With the first program the machine must be cold: the growth counts from there. Later the known growth is subtracted.")
             rows, moves = self.get(values, "rows"), effects.effect(self.panel.machine, [Write(self.instance, "learn", "1")], values)
             if rows:
-                text += " " + _("It replaces the kept reference of {count} contacts.").format(count=rows)
+                text += " " + _("A kept reference of this program is replaced; {count} contacts are kept.").format(count=rows)
             return text if moves else text + " " + _("Nothing moves now."), moves
 
         by_pin = "learn" in self.instance.settings()

@@ -13,7 +13,7 @@ def reference(instance, values):
         return _("It is refused.")
     if not get("reference-valid"):
         if get("rows"):
-            return _("{count} contacts are kept, of another program or before its cycle begins.").format(count=get("rows"))
+            return _("{count} contacts are kept, of other programs or tools.").format(count=get("rows"))
         return _("There is none for this program and these tools.")
     text = _("Valid, of {count} contacts, with a standard deviation of {sigma}.").format(
         count=get("rows"), sigma=in_micrometres(float(get("reference-sigma", 0.0))).lstrip("+"))

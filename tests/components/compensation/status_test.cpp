@@ -267,7 +267,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
          {"learning is requested", [](auto& its) { its.will_learn = true; }, S::will_learn, Kind::wait},
          {"nothing was learned", [](auto& its) { its.learning_fault = LearningFault::poor; }, S::learning_failed,
           Kind::warn},
-         {"a refused reference", [](auto& its) { its.refusal = Refusal::program; }, S::refused, Kind::bad},
+         {"a refused reference", [](auto& its) { its.refusal = Refusal::feed; }, S::refused, Kind::bad},
          {"no reference", [](auto& its) { its.has_reference = its.has_rows = false; }, S::no_reference,
           Kind::warn},
          {"kept rows in the morning",

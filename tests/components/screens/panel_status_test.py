@@ -420,7 +420,7 @@ class Growth(Machinery):
         self.assert_status("growth", "wait", "A reference is kept, and waits for its program. Contacts: 1.", "Start the program. Do not learn again.")
         self.assertEqual(self.status("growth").button, "")
         self.do("setp growth.program-id 8", "setp growth.tool-set-id 3", "setp growth.cycle-running 1")
-        self.assertEqual(self.status("growth").kind, "bad")  # a reference of another program is refused as the cycle begins
+        self.assertEqual(self.status("growth").kind, "warn")  # no reference is of this program
         self.assertIn(DECLARED["thermal_displacement"].sentence("detail-code", 21), self.status("growth").text)
 
     def test_its_program_brings_the_reference_into_force(self):

@@ -662,7 +662,7 @@ class Window(unittest.TestCase):
         finger = self.panel("--access", "operator")
         finger.press("Growth of Z")
         finger.press("Learn from the next part")
-        finger.await_text("It replaces the kept reference of 1 contacts.")
+        finger.await_text("A kept reference of this program is replaced; 1 contacts are kept.")
         finger.press("Learn")
         finger.until(lambda: self.host.get("growth.learn"), "the request")
         self.restore(0.5)  # the part has been learned

@@ -30,7 +30,7 @@ struct Machine {
 
     Machine() {
         step(1);
-        for (int i = 0; i < 3; ++i) filter.learn(0, 0.5 * um, true, settings);
+        filter.begin_at(0, 0.5 * um, settings);
         filter.renew_gauges();
     }
 
@@ -305,6 +305,39 @@ TEST(GrowthFilter, ALongerToolIsAskedAboutAndMovesNothing) {
     EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none) << "it was learned again";
 }
 
+TEST(GrowthFilter, AnotherProgramKnowsTheGrowthAndNotTheWearOfTheTools) {
+    Machine machine;
+    machine.reference_sigma = 4 * um;
+    for (int n = 1; n <= 20; ++n) machine.cycles(1, n * um / 4, n * um / 4, -n * um / 4);  // tool 2 wears
+    const double known = machine.filter.growth();
+    machine.filter.learned_by_growth(1, machine.settings);
+    EXPECT_EQ(machine.filter.growth(), known);
+    for (int n = 0; n < 2; ++n) {
+        machine.cycles(1, known, known, known);  // of other gauges, with the same numbers
+        EXPECT_NEAR(machine.filter.growth(), known, 0.01 * um);
+        machine.filter.use(0);
+        machine.filter.use(1);
+    }
+}
+
+TEST(GrowthFilter, AContactOfAnEarlierProgramCorrectsTheGrowthOfALaterOne) {
+    Machine machine;
+    machine.noise = 2 * um;
+    machine.cycles(3, 3 * um, 3 * um, 3 * um);
+    machine.filter.learned_by_growth(1, machine.settings);  // it has grown by 1 um in truth
+    EXPECT_GT(machine.filter.common_sigma(1), 0.5 * um);
+    const double error = machine.filter.growth() - 1 * um;
+    ASSERT_GT(error, 1 * um);
+    machine.cycles(3, 1 * um + error, 1 * um + error, 1 * um + error);
+    EXPECT_NEAR(machine.filter.growth() - 1 * um, error, 0.1 * um) << "its own contacts cannot know";
+    machine.filter.use(0);
+    machine.noise = 0.3 * um;
+    machine.cycles(6, 1 * um, 1 * um, 1 * um);
+    machine.filter.use(1);
+    machine.cycles(1, 1 * um + error, 1 * um + error, 1 * um + error);
+    EXPECT_LT(std::abs(machine.filter.growth() - 1 * um), error / 2);
+}
+
 TEST(GrowthFilter, BothGaugesOfALongerToolShiftAlike) {
     Machine machine;
     machine.cycles(3, 0, 0, 0);
@@ -431,7 +464,7 @@ TEST(GrowthFilter, WithoutSpeedTheLastContactHolds) {
     Machine machine;
     machine.settings.by_speed = false;
     machine.step(1);
-    machine.filter.learn(0, 0.5 * um, true, machine.settings);
+    machine.filter.begin_at(0, 0.5 * um, machine.settings);
     for (const double grown : {3 * um, 8 * um, 12 * um}) {
         machine.step(240);
         machine.begin();

@@ -14,7 +14,7 @@ constexpr double dt = 0.001;
 struct Follower {
     GrowthOffset offset{};
     GrowthOffset::Settings settings{2 * um, 100 * um, 10 * um};
-    GrowthOffset::Wish wish{true, true, true, true, true, 0, 0};
+    GrowthOffset::Wish wish{true, true, true, true, 0, 0};
 
     double after(double seconds) {
         for (double t = 0; t < seconds; t += dt) offset.step(wish, settings, settings.tolerance, dt);
@@ -33,14 +33,12 @@ TEST(GrowthOffset, FollowsAtTheRateAndLeavesOutChangesWithinTheTolerance) {
     EXPECT_NEAR(its.after(2), 14.1 * um, 1e-9);
 }
 
-TEST(GrowthOffset, BeginsWithTheFirstAcceptedContact) {
+TEST(GrowthOffset, BeginsWhenTheGrowthIsKnownAndHoldsWhenItIsNotKnownAnyMore) {
     Follower its;
-    its.wish.accepted = false;
+    its.wish.known = false;
     its.wish.growth = 12 * um;
     EXPECT_EQ(its.after(2), 0);
-    its.wish.accepted = true;
-    its.after(dt);
-    its.wish.accepted = false;
+    its.wish.known = true;
     EXPECT_NEAR(its.after(2), 12 * um, 1e-9);
     its.wish.known = false;
     its.wish.growth = 20 * um;
