@@ -62,8 +62,8 @@ class Shift(unittest.TestCase):
     def test_scenes_are_those_of_the_scenario(self):
         self.assertEqual(
             sorted(self.scenes),
-            ["aborted", "aborted_before_learning", "after_learning_again", "before_probing", "compensated", "grown", "learnt"]
-            + ["learnt_again", "probed", "refused", "tool_touched_off", "touched_off", "uncompensated"],
+            ["aborted", "aborted_before_learning", "after_learning_again", "before_probing", "checked_blanks", "checked_spindle", "compensated", "grown"]
+            + ["learnt", "learnt_again", "probed", "refused", "tool_touched_off", "touched_off", "uncompensated"],
         )
 
     def test_parts_are_true_on_the_cold_machine(self):
@@ -190,9 +190,30 @@ class Shift(unittest.TestCase):
         statuses = plumb_contacts.plumb.declarations("thermal_displacement")["statuses"]
         for name, status, size in (("higher blanks", "53", 30), ("longer tool", "56", 30), ("another depth", "54", -8)):
             (text,) = seen[name]["messages"]
-            shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + r" Size: (\u2212?\d+\.\d) µm\. .*growth_answer.*", text)
+            shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + r" If nobody answers, parts go on\. Size: (\u2212?\d+\.\d) µm\. .*growth_answer.*", text)
             self.assertTrue(shown, text)
             self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=4)
+
+    def test_a_probed_tool_setter_answers_whether_contacts_have_moved_by_growth(self):
+        codes = {name: its["check-code"] for name, its in self.facts["checked"].items()}
+        first, is_growth, is_no_growth = 2, 4, 5
+        self.assertEqual(codes, {"at first": first, "checked_blanks": is_no_growth, "checked_spindle": is_growth})
+        self.assertEqual(self.facts["due"], [1, 0])
+        sentences = plumb_contacts.plumb.declarations("thermal_displacement")["codes"]["check-code"]
+        for name, its in self.facts["checked"].items():
+            with self.subTest(name):
+                self.assertEqual(its["messages"], ["Growth of Z: " + sentences[its["check-code"]]])
+                self.assertEqual((its["shift-size"], its["check-due"]), (0, 0))
+                if name == "at first":
+                    self.assertAlmostEqual(its["surface"], -125, delta=5 * um)  # the seat of the probe, and the column
+                    continue
+                self.assertAlmostEqual(its["shift"], 30 * um, delta=8 * um)
+                self.assertLess(abs(self.cuts(name)).max(), GROWTH)
+        growth = [self.facts["checked"][name]["growth-estimate"] for name in ("checked_blanks", "checked_spindle")]
+        self.assertAlmostEqual(growth[1] - growth[0], 30 * um, delta=4 * um)
+
+    def test_at_doubt_the_next_part_waits_until_one_is_acknowledged(self):
+        self.assertEqual(self.facts["waits"], [[1, 0], [0, 5]])
 
     def test_probing_and_touching_off_give_their_reason_before_the_change(self):
         for name, pin in (("probed", "work-offset"), ("touched_off", "work-offset"), ("tool_touched_off", "tool-length")):

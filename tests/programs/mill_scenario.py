@@ -48,6 +48,7 @@ class Shift(Scenario):
         self.learn_with_an_offset()
         self.compare_times()
         self.change_origins()
+        self.check_growth()
         self.sum_up()
 
     def abort(self):
@@ -152,6 +153,51 @@ class Shift(Scenario):
         with self.record(scene):
             self.machine.mdi("O <%s> call [%.4f]" % (subroutine, 3 - SMALL))
             self.machine.wait(0.05)
+
+    def check_growth(self):
+        """The touch probe asks the tool setter: as it was learned, and after two shifts that look alike."""
+        machine, host = self.machine, self.machine.host
+        self.facts["due"] = host.get("growth.check-due")
+        self.checked("at first")
+        self.facts["due"] = self.facts["due"], host.get("growth.check-due")
+        for name in ("checked_blanks", "checked_spindle"):
+            if name == "checked_blanks":
+                host.set("work.in1", host.get("work.in1") + 0.03)
+            else:
+                machine.mdi("M68 E1 Q0.03")
+            for _ in range(2):
+                machine.run("part.ngc")
+            if name == "checked_blanks":
+                self.facts["waits"] = self.wait_for_somebody()
+            self.checked(name)
+            with self.record(name):
+                machine.run("part.ngc")
+
+    def wait_for_somebody(self):
+        """With at-doubt 1 the next part waits while a question is open. Returns its contacts, and then those of one that is acknowledged."""
+        machine, host = self.machine, self.machine.host
+        before = host.get("growth.contacts")
+        host.set("growth.at-doubt", 1)
+        machine.start("part.ngc")
+        machine.wait(60)
+        waited = host.get(["growth.wait", "growth.cycle-running"])
+        contacts = [host.get("growth.contacts") - before]
+        host.set("growth.acknowledge", True)
+        machine.wait_until_idle()
+        contacts.append(host.get("growth.contacts") - before)
+        host.set("growth.acknowledge", False)
+        host.set("growth.at-doubt", 0)
+        return waited, contacts
+
+    def checked(self, name):
+        machine, host = self.machine, self.machine.host
+        before, shift = len(machine.messages), host.get("growth.shift-size")
+        machine.run("check.ngc")
+        machine.wait(0.5)
+        machine.poll()
+        its = {pin: host.get("growth." + pin) for pin in ("check-code", "check-due", "shift-size", "growth-estimate", "surface")}
+        its["messages"] = [text for text in machine.messages[before:] if "surface" in text]
+        self.facts.setdefault("checked", {})[name] = {"shift": shift, **its}
 
     def sum_up(self):
         """A shift that ends with the next part."""

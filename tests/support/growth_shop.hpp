@@ -122,6 +122,7 @@ struct GrowthShop {
     // Displacement of the contacts of a gauge beside the growth, mu, and what the cuts see of it.
     std::function<double(double time, std::size_t gauge)> shift = [](double, std::size_t) { return 0.0; };
     std::function<void(double, GrowthFilter&)> every_part = [](double, GrowthFilter&) {};
+    std::function<void(double, GrowthFilter&)> after_part = every_part;  // 120 s later: it has ended
 
     std::vector<Cut> run(const GrowthTruth& truth, double hours, std::uint64_t seed, GrowthFilter& growth) {
         Random random(seed, 11);
@@ -141,6 +142,7 @@ struct GrowthShop {
                 blank_now = blank * random.gaussian();
                 every_part(t, growth);
             }
+            if (in_part == 120) after_part(t, growth);
             const double place = (in_part - 30) / between;
             const auto gauge = static_cast<std::size_t>(std::max(place, 0.0));
             const bool contact =

@@ -27,6 +27,9 @@ struct DisplacementPins : BoundSettings, DisplacementSettings {
         constexpr hal::Range loads{1e-6, 1e3}, falls{0, 1e3}, times{0, 10}, long_times{0, 1e3},
             lengths{0, 1e3}, rates{0, 1}, cycles{1, 1e6}, growths{1e-6, 1}, unexplained{0, 1},
             scatters{1e-5, 1}, per_kelvin{0, 0.1}, ages{0, 1e6}, holds{1e-3, 1e6}, errors{1e-9, 1e3};
+        bind(work_tolerance, "work-tolerance", "mu",
+             "Error of the work along Z that matters: a larger one to expect is a doubt, half of it a shift.",
+             hal::must(errors));
         bind(by_time, "by-time", "Compare the times of contacts, not their coordinates.", hal::machine());
         bind(program_clock, "clock-from-program",
              "The clock starts with the cycle and with clock-start, not at start-height.", hal::machine());
@@ -60,15 +63,14 @@ struct DisplacementPins : BoundSettings, DisplacementSettings {
              "Growth in an hour that the speed does not explain.", hal::machine(unexplained));
         bind(repeatability, "contact-repeatability", "mu",
              "Standard deviation of a contact by seat and blank.", hal::machine(scatters));
+        bind(surface_repeatability, "surface-repeatability", "mu",
+             "Standard deviation of the height of a fixed surface that is probed.", hal::machine(scatters));
         max_temperature_age = unjudged(max_temperature_age, "max-temperature-age", max_temperature_age, "s",
                                        "Age from which a temperature counts as lost.", hal::expert(ages));
         bind(temperature_growth, "temperature-growth", "mu/K",
              "Growth with temperature to expect either way, roughly.", hal::expert(per_kelvin));
         bind(hold_time, "hold-time", "s",
              "Time without a contact that counts, after which the offset returns to 0.", hal::expert(holds));
-        bind(work_tolerance, "work-tolerance", "mu",
-             "Error of the work along Z that matters: a larger one to expect is a doubt, half of it a shift.",
-             hal::machine(errors));
     }
 };
 

@@ -27,13 +27,14 @@ struct DisplacementSettings {
     double cap = 0.06;                // mu
     double max_correction = 0.1;      // mu
     bool by_speed = true;
-    double expected_growth = 0.015;     // mu
-    double unexplained_growth = 0.006;  // mu
-    double repeatability = 0.001;       // mu
-    double max_temperature_age = 60;    // s
-    double temperature_growth = 0.003;  // mu/K
-    double hold_time = 1800;            // s
-    double work_tolerance = 0.01;       // mu
+    double expected_growth = 0.015;        // mu
+    double unexplained_growth = 0.006;     // mu
+    double repeatability = 0.001;          // mu
+    double surface_repeatability = 0.002;  // mu
+    double max_temperature_age = 60;       // s
+    double temperature_growth = 0.003;     // mu/K
+    double hold_time = 1800;               // s
+    double work_tolerance = 0.01;          // mu
 
     // Of every load: a baseline that a plunge does not lift and a tool change does not leave behind.
     double baseline_time = 0.5;  // s

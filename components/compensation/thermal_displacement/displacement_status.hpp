@@ -92,6 +92,7 @@ enum class DisplacementStatus : std::int32_t {
     old,
     poor_reference,
     held_back = 62,
+    waits,
 };
 
 // Somebody has to act, or to answer.
@@ -159,26 +160,31 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::asks:
             return doubted(
                 "All contacts moved at once, by growth or not: the offset harms no part either way.",
-                "Other work, zero, tool, tool setting, filter or latency of the drive? Answer on "
-                "the panel, or by growth_answer, whether it is growth.",
-                "", "shift-size");
+                "Other work, zero, tool or drive? Answer on the panel, by growth_answer or check_growth.",
+                "unanswered-code", "shift-size");
         case S::asks_of_tool:
             return doubted(
                 "The contacts of one tool moved at once, others did not: the offset leaves that out.",
-                "Another tool, or measured again? Answer on the panel, or by growth_answer, whether it is "
-                "growth.",
-                "", "shift-size");
+                "Another tool? Answer on the panel, by growth_answer or check_growth.", "unanswered-code",
+                "shift-size");
         case S::asks_of_feeds:
             return doubted(
                 "The contacts moved in proportion to their feeds: the offset harms no part either way.",
-                "Another latency or filter of the drive? Answer on the panel, or by "
-                "growth_answer, whether it is growth.",
-                "", "shift-size");
+                "Another latency of the drive? Answer on the panel, by growth_answer or check_growth.",
+                "unanswered-code", "shift-size");
         case S::asks_origin:
             return doubted("The work offset or a tool length has changed without a reason.",
-                           "Give the reason on the panel, or by growth_answer: a new zero, growth corrected "
-                           "by hand, or another depth.",
-                           "", "origin-change");
+                           "New zero, growth corrected by hand, or another depth? Answer on the panel or by "
+                           "growth_answer.",
+                           "unanswered-code", "origin-change");
+        case S::waits:
+            return hal::Said{Kind::warn,
+                             "The next part waits: the error to expect exceeds the tolerance of the work.",
+                             "Acknowledge, and one part is made; its contacts may end the doubt.",
+                             hal::Button::acknowledge,
+                             "detail-code",
+                             "offset-sigma"}
+                .told(Tell::behind_panel);
         case S::dry_run:
             return {Kind::off, "Measure only: the growth is measured, and Z is not moved.",
                     "Let it correct when the growth is plausible.", hal::Button::dry_run};
@@ -208,7 +214,7 @@ struct DisplacementSeen {
     bool learning = false, will_learn = false;
     bool has_reference = false, has_rows = false;  // has_reference: for this program
     bool cycle_running = false, dry_run = false, asks_origin = false;
-    bool known = false, bounded = false;
+    bool known = false, bounded = false, waits = false;
     DisplacementStatus interlock{};
 };
 
@@ -242,6 +248,7 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {its.shift == Shift::one_tool, S::asks_of_tool},
                           {its.shift == Shift::by_feed, S::asks_of_feeds},
                           {its.shift != Shift::none, S::asks},
+                          {its.waits, S::waits},
                           {its.doubt == Doubt::missed, S::missed},
                           {its.doubt == Doubt::old, S::old},
                           {its.doubt == Doubt::program_event, S::program_event},

@@ -143,6 +143,17 @@ public:
         filter_.shift_is_corrected();
     }
 
+    // See GrowthFilter. A fixed surface answers a shift as an operator does.
+    SurfaceCheck check(double height, std::int32_t tool, const Settings& settings) noexcept {
+        if (cycle_.learning()) return SurfaceCheck::unknown;
+        bool asked = false;
+        for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
+            asked |= cycle_.references()[i].key.tool == tool && filter_.asks_of_tool(i);
+        const SurfaceCheck found = filter_.check(height, tool, asked, settings);
+        if (found == SurfaceCheck::is_no_growth) shift_is_not_growth();
+        return found;
+    }
+
     // Change of the program's origin that nobody has explained, in mu; 0 for none. Until then the contacts
     // count as if the program had another depth.
     double origin_change() const noexcept { return asked_.change; }

@@ -19,6 +19,18 @@ namespace plumb {
 // of the reference, of one tool while others stand, or of all in proportion to their feeds.
 enum class Shift : std::int32_t { none, all, only_tool, one_tool, by_feed };
 
+// The result of a probed fixed surface. OperatorQuestions has the sentences.
+enum class SurfaceCheck : std::int32_t {
+    none,
+    unknown,
+    first,
+    growth,
+    is_growth,
+    is_no_growth,
+    undecided,
+    unlike
+};
+
 // Why less than the whole growth is applied, or why it may be wrong. DisplacementStatus has the sentences.
 enum class Doubt : std::int32_t {
     none,
@@ -47,8 +59,8 @@ enum class Doubt : std::int32_t {
 // contacts have. A contact beyond `test` standard deviations counts for nothing until another one agrees with
 // it. If the contacts of one tool have moved and those of others stand, that tool has another length. Else
 // all have moved at once: by growth, or because work, zero or tool have. Growth has the probability p, by
-// distance and time. Until the operator or the contacts answer, the offset is the mean of both answers by p,
-// within what does no harm under either. A shift is never a part of g.
+// distance and time. Until the operator, the contacts or a probed fixed surface answer, the offset is the
+// mean of both answers by p, within what does no harm under either. A shift is never a part of g.
 //
 // Lengths in the unit of the machine (mu).
 class GrowthFilter {
@@ -191,6 +203,7 @@ public:
     // The growth is known from here on.
     void begin_at(double growth, double sigma, const Settings& settings) noexcept {
         if (!started_) start(settings);
+        surfaces_.fill({});  // growth counts anew
         state_[bias] += growth - if_shift();
         covariance_.row(bias).setZero();
         covariance_.col(bias).setZero();
@@ -222,8 +235,7 @@ public:
         driven_then_ = driven_;
         Row row = Row::Zero(used_);
         row.head<moved>() << 1, driven_, warmth_.value();
-        covariance_.row(common + program).setZero();
-        covariance_.col(common + program).setZero();
+        forget_state(common + program, 0);
         const Row error = -covariance_.topLeftCorner(used_, used_) * row;
         covariance_.row(common + program).head(used_) = error.transpose();
         covariance_.col(common + program).head(used_) = error;
@@ -233,8 +245,7 @@ public:
     // ... or where the growth was 0, by begin_at(); or they are restored. `sigma`, in mu, is shared by all.
     void have_references(std::int32_t program, double sigma) noexcept {
         renew_gauges();
-        covariance_.row(common + program).setZero();
-        covariance_.col(common + program).setZero();
+        forget_state(common + program, 0);
         have_common(program, sigma);
         program_ = program;
     }
@@ -268,6 +279,7 @@ public:
     double part() const noexcept { return part_; }      // of the growth
     double age() const noexcept { return age_; }        // s without a contact that counted
     Doubt doubt() const noexcept { return doubt_; }
+    bool doubtful() const noexcept { return known_ && doubtful_; }  // of an error beyond the tolerance
     // Largest change that a contact may show by itself.
     double gate(const Settings& s) const noexcept {
         return known_ ? std::min(by_test(contact_variance() + unforeseen(s) + 2 * scatter2_, s), by_rate(s))
@@ -301,9 +313,77 @@ public:
         answered_ = true;
     }
 
+    // A gauge tool has touched a fixed surface at this height: z = g + r + noise, without any s, so it
+    // decides a question by the ratio of the likelihoods. `asked`: it is the tool that the question is about,
+    // and growth and a longer tool look alike. With is_no_growth the caller corrects the references.
+    SurfaceCheck check(double height, std::int32_t tool, bool asked, const Settings& s) noexcept {
+        if (!known_) return SurfaceCheck::unknown;
+        Surface& its = surface_of(tool);
+        const std::int32_t slot = first_surface + static_cast<std::int32_t>(&its - surfaces_.data());
+        Row row = Row::Zero(used_);
+        row.head<moved>() << 1, driven_, warmth_.value();
+        row[slot] = 1;
+        const double noise2 = squared(s.surface_repeatability), moved2 = unforeseen(s);
+        const bool again =
+            !open() && its.odd >= 0 && its.odd != accepted_;  // contacts have stood since it moved
+        if (its.tool != tool || again) {
+            its = {tool};
+            forget_state(slot, squared(10 * s.cap));
+            state_[slot] = height - if_shift();
+            correct(row, 0, noise2 + moved2, 0);
+            return SurfaceCheck::first;
+        }
+        const auto variance_of = [&] {
+            return row.dot(covariance_.topLeftCorner(used_, used_) * row) + noise2 + moved2;
+        };
+        const double error = height - state_.head(used_).dot(row), size = shift_size(), all2 = variance_of();
+        const auto take = [&] {
+            correct(row, height - state_.head(used_).dot(row), noise2, moved2);
+            last_ = if_shift();
+            since_ = 0;
+            driven_then_ = driven_;
+            its.odd = -1;
+        };
+        const bool stands = std::abs(error) <= by_test(all2, s);
+        if (!open()) {
+            if (stands)
+                take();
+            else
+                its.odd = accepted_;  // until contacts have shown whether it was growth
+            return stands ? SurfaceCheck::growth : SurfaceCheck::unlike;
+        }
+        row[moved] = of_all() ? 1 : 0;
+        const double with2 = variance_of(), rest = error - size;
+        row[moved] = 0;
+        if (!stands && std::abs(rest) > by_test(with2, s)) return SurfaceCheck::unlike;
+        const double ratio = squared(error) / all2 + std::log(all2) - squared(rest) / with2 - std::log(with2);
+        const double before = of_all() ? probability_ : 0.5;
+        const double p = before / (before + (1 - before) * std::exp(-0.5 * ratio));
+        const bool longer = asked && open_ == Shift::one_tool && p > answer;
+        if (longer) state_[slot] += size;
+        if (longer || p < 1 - answer) {
+            take();
+            return SurfaceCheck::is_no_growth;
+        }
+        if (!of_all()) return p > answer ? SurfaceCheck::unlike : SurfaceCheck::undecided;
+        if (asked && p > before) return SurfaceCheck::undecided;
+        probability_ = p;
+        if (p <= answer) return SurfaceCheck::undecided;
+        shift_is_growth();
+        take();
+        return SurfaceCheck::is_growth;
+    }
+    // A height of a fixed surface is known.
+    bool has_surface() const noexcept { return surfaces_[0].tool >= 0; }
+    // The question that is open is about the tool of this gauge alone.
+    bool asks_of_tool(std::int32_t gauge) const noexcept {
+        return open_ == Shift::only_tool || (open_ == Shift::one_tool && of_gauge_[gauge] != 0);
+    }
+
     // The growth counts from another origin, lower by -distance.
     void displace(double distance) noexcept {
         state_[bias] += distance;
+        state_.segment<most_surfaces>(first_surface).array() -= distance;
         last_ += distance;
         claims_ = 0;
         answered_ = true;
@@ -323,7 +403,8 @@ public:
 private:
     static constexpr std::int32_t most_gauges = ContactReferences::capacity, never = -9, most_claims = 8;
     static constexpr std::int32_t bias = 0, effect = 1, warmth = 2, moved = 3, common = 4,
-                                  first_gauge = common + most_programs,
+                                  first_surface = common + most_programs, most_surfaces = 4,
+                                  first_gauge = first_surface + most_surfaces,
                                   most_states = first_gauge + most_gauges;
 
     // On 800 drawn shops, of tests/support/growth_shop.hpp with shifts, doors, stops and nights, the rms
@@ -340,6 +421,7 @@ private:
     static constexpr double rare = 3;       // standard deviations: 2.5 285, 100; 3.5 300, 63
     static constexpr double decided = 0.9;  // probability of growth from which nobody is asked
     static constexpr double least = 0.3;    // ... of a question: 0.1 290, 80
+    static constexpr double answer = 0.95;  // probability of an answer at which a fixed surface gives it
 
     using Row = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_states, 1>;
 
@@ -348,6 +430,12 @@ private:
         std::int32_t gauge = 0;
         std::uint64_t of_tool = 0;
         std::int32_t cycle = 0;
+    };
+
+    // A fixed surface, touched by this tool; the place in the list is its place in the state.
+    struct Surface {
+        std::int32_t tool = -1;  // none
+        std::int32_t odd = -1;   // contacts accepted until it moved without them
     };
 
     // How fast the growth has moved that the speed does not explain, and the contacts that this rests on.
@@ -394,6 +482,7 @@ private:
         expected_growth_ = s.expected_growth;
         temperature_growth_ = s.temperature_growth;
         repeatability_ = s.repeatability;
+        surfaces_.fill({});
         state_.setZero();
         covariance_.setZero();
         state_[effect] = s.by_speed ? s.expected_growth : 0;
@@ -425,10 +514,9 @@ private:
     }
     // ... and of the error that the references of this program share.
     double contact_variance() const noexcept {
-        Row row = Row::Zero(first_gauge);
-        row.head<moved>() << 1, driven_, warmth_.value();
-        row[common + program_] = 1;
-        return std::max(0.0, row.dot(covariance_.topLeftCorner<first_gauge, first_gauge>() * row));
+        const Eigen::Vector3d row(1, driven_, warmth_.value());
+        const std::int32_t i = common + program_;
+        return std::max(0.0, variance() + 2 * row.dot(covariance_.block<3, 1>(0, i)) + covariance_(i, i));
     }
     bool likely_growth() const noexcept { return of_all() && probability_ > 0.5; }
     double sigma_of_answers() const noexcept {
@@ -454,14 +542,25 @@ private:
         if (slot < 0) {
             slot = static_cast<std::int8_t>(used_++);
             state_[slot] = 0;
-            covariance_.row(slot).setZero();
-            covariance_.col(slot).setZero();
-            covariance_(slot, slot) = squared(r.reference_sigma);
+            forget_state(slot, squared(r.reference_sigma));
         }
         Row row = Row::Zero(used_);
         row.head<common>() << 1, driven_, warmth_.value(), of_all() ? weight_of(r.feed) : 0;
         row[common + program_] = row[slot] = 1;
         return row;
+    }
+
+    void forget_state(std::int32_t i, double variance) noexcept {
+        covariance_.row(i).setZero();
+        covariance_.col(i).setZero();
+        covariance_(i, i) = variance;
+    }
+    // Of this tool, or the one to forget for it.
+    Surface& surface_of(std::int32_t tool) noexcept {
+        const auto its = std::find_if(surfaces_.begin(), surfaces_.end() - 1, [&](const Surface& each) {
+            return each.tool == tool || each.tool < 0;
+        });
+        return *its;
     }
 
     void correct(const Row& row, double error, double noise2, double more2) noexcept {
@@ -601,8 +700,7 @@ private:
     void close() noexcept {
         open_ = Shift::none;
         tool_size_ = state_[moved] = 0;
-        covariance_.row(moved).setZero();
-        covariance_.col(moved).setZero();
+        forget_state(moved, 0);
         of_gauge_.fill(0);
     }
     // Part of a shift of all that a contact at this feed shows.
@@ -672,6 +770,7 @@ private:
     Shift open_ = Shift::none;
     double tool_size_ = 0, probability_ = 1;  // of the question
     double fastest_ = -1;                     // mu/s
+    std::array<Surface, most_surfaces> surfaces_{};
     std::uint64_t withdrawn_ = 0;
     Edge silence_;
     double error_ = 0;  // of the last contact

@@ -83,7 +83,10 @@ struct ReferenceConditions : hal::Group {
                                       "Identifies the set of tools, as a checksum of the tool table."};
     hal::In<double> temperature{this, "temperature", 20, "degC", "Temperature to remember with a reference."};
     hal::In<std::int32_t> date{this, "date", 0, "YYYYMMDD to remember with a reference; 0 when not known."};
-    hal::In<bool> acknowledge{this, "acknowledge", false, "A rising edge ends a refusal of the reference."};
+    hal::In<bool> acknowledge{
+        this, "acknowledge", false,
+        "A rising edge ends a refusal of the reference, and lets one part be made in spite of a "
+        "doubt."};
     hal::In<bool> temperature_valid{this, "temperature-valid", false,
                                     "The growth is to follow temperature too, and it is good."};
     hal::In<double> temperature_age{this, "temperature-age", 0, "s", "Time since temperature was read."};

@@ -3,20 +3,55 @@
 
 #include "components/compensation/thermal_displacement/growth_by_contact.hpp"
 #include "components/math/blocks/edge.hpp"
+#include "hal/codes.hpp"
 #include "hal/component.hpp"
+#include "hal/told.hpp"
 
 #include <cmath>
 #include <cstdint>
 
 namespace plumb {
 
-// Questions that only the operator can answer: what a shift of contacts is, and why the origin of the program
-// has changed.
+// What is done while a doubt is open, until somebody answers or acknowledges.
+enum class AtDoubt : std::int32_t { go_on, stop, call };
+
+// at-doubt, from 1 on.
+enum class Unanswered : std::int32_t { none };
+
+constexpr const char* sentence(Unanswered unanswered) {
+    switch (static_cast<AtDoubt>(static_cast<std::int32_t>(unanswered) - 1)) {
+        case AtDoubt::go_on: return "If nobody answers, parts go on.";
+        case AtDoubt::stop: return "If nobody answers, the next part waits.";
+        case AtDoubt::call: return "If nobody answers, parts go on, and the machine calls.";
+        default: return nullptr;
+    }
+}
+
+constexpr const char* sentence(SurfaceCheck check) {
+    switch (check) {
+        case SurfaceCheck::unknown:
+            return "The growth is not known yet. Machine a part, and probe the surface again.";
+        case SurfaceCheck::first: return "The first height of this surface with this tool is kept.";
+        case SurfaceCheck::growth: return "The surface shows the growth that the contacts have shown.";
+        case SurfaceCheck::is_growth:
+            return "The surface has moved as the contacts have: it is growth, and Z is corrected.";
+        case SurfaceCheck::is_no_growth:
+            return "The surface shows that the contacts moved without growth: the reference follows.";
+        case SurfaceCheck::undecided:
+            return "The surface does not decide yet. Probe it again, with a tool that is not in question.";
+        case SurfaceCheck::unlike:
+            return "The surface has moved, and not as the contacts have. Check the gauge tool and the place.";
+        default: return nullptr;
+    }
+}
+
+// Questions that the operator can answer, or a fixed surface: what a shift of contacts is, and why the origin
+// of the program has changed. Until then they and other doubts are as at-doubt says.
 struct OperatorQuestions : hal::Group {
     using Group::Group;
 
     // An answer by M68.
-    enum class Answer : std::int32_t { none, growth, not_growth, zero, by_hand, depth };
+    enum class Answer : std::int32_t { none, growth, not_growth, zero, by_hand, depth, surface };
 
     // Once a period, before the contacts are compared. Returns the reason of a change of the origin, if one
     // is given.
@@ -28,10 +63,22 @@ struct OperatorQuestions : hal::Group {
                                                          : OriginReason::none;
     }
 
-    // After reason().
-    void answer(GrowthByContact& measured) noexcept {
+    // After reason(). `acknowledged`: one part may be made in spite of a doubt.
+    void answer(GrowthByContact& measured, const DisplacementSettings& settings, std::int32_t tool,
+                bool acknowledged) noexcept {
         if (growth_.rises(is_growth || given_ == Answer::growth)) measured.shift_is_growth();
         if (other_.rises(is_not_growth || given_ == Answer::not_growth)) measured.shift_is_not_growth();
+        const bool running = measured.cycle().running();
+        if (cycle_.changes(running)) {
+            if (running)
+                checked_ = SurfaceCheck::none;
+            else
+                passed_ = false;
+        }
+        passed_ |= acknowledged;
+        const double height = surface;
+        if (surface_.rises(given_ == Answer::surface) && std::abs(height) <= 1e6)
+            checked_ = measured.check(height, tool, settings);
     }
 
     bool open(const GrowthByContact& measured, const DisplacementSettings& settings) const noexcept {
@@ -43,12 +90,25 @@ struct OperatorQuestions : hal::Group {
         const bool shifted = applying && growth.shift(settings) != Shift::none;
         shift_size = shifted ? growth.shift_size() : 0;
         origin_change = applying ? measured.origin_change() : 0;
-        wait = applying && wait_for_answer && open(measured, settings);
+        const std::int32_t number = at_doubt;
+        const auto then = number == 1 ? AtDoubt::stop : number == 2 ? AtDoubt::call : AtDoubt::go_on;
+        const bool asks = applying && open(measured, settings);
+        const bool doubts = (asks || (applying && growth.doubtful())) && !passed_;
+        waits_ = doubts && then == AtDoubt::stop;
+        wait = waits_;
+        call = doubts && then == AtDoubt::call;
+        unanswered = static_cast<Unanswered>(asks ? static_cast<std::int32_t>(then) + 1 : 0);
+        check_due = measured.known() && (!growth.has_surface() || growth.shift(settings) != Shift::none);
+        check_code = checked_;
+        check_news = checked_ != SurfaceCheck::none && checked_ != SurfaceCheck::growth;
     }
+    bool waits() const noexcept { return waits_; }
 
-    hal::In<bool> wait_for_answer{this, "wait-for-answer", false,
-                                  "While a question has no answer, the next cycle is to wait: wait is true.",
-                                  hal::machine()};
+    hal::In<std::int32_t> at_doubt{this, "at-doubt", 0,
+                                   "While a question is open, or the error to expect exceeds work-tolerance: "
+                                   "0 continue, 1 stop before the "
+                                   "next part, 2 call.",
+                                   hal::machine(hal::Range{0, 2})};
     hal::In<bool> is_growth{this, "shift-is-growth", false,
                             "A rising edge answers a shift: it is growth, and is applied."};
     hal::In<bool> is_not_growth{
@@ -64,23 +124,36 @@ struct OperatorQuestions : hal::Group {
         "The work offset or tool length changes, or has changed: another depth is wanted."};
     hal::In<double> answered{this, "answer", 0, "1",
                              "Answer by M68: 1 shift-is-growth, 2 shift-is-not-growth, 3 change-is-zero, "
-                             "4 change-is-growth, 5 change-is-depth; 0 for none."};
+                             "4 change-is-growth, 5 change-is-depth, 6 surface; 0 for none."};
+    hal::In<double> surface{this, "surface", 0, "mu",
+                            "Height of the joint at which a gauge tool has touched a fixed surface."};
     hal::Out<double> shift_size{this, "shift-size", "mu",
                                 "Distance by which contacts moved at once, not by growth; 0 for none."};
     hal::Out<double> origin_change{
         this, "origin-change", "mu",
         "Change of work offset or tool length for which no reason was given; 0 for none."};
-    hal::Out<bool> wait{this, "wait", "The next cycle is to wait for an answer."};
+    hal::Out<bool> wait{this, "wait", "The next cycle is to wait for an answer, or for acknowledge."};
+    hal::Out<bool> call{this, "call", "A doubt needs somebody: for a lamp or a telephone."};
+    hal::Code<Unanswered> unanswered{this, "unanswered-code",
+                                     "What is done until the question is answered; 0 for no question."};
+    hal::Out<bool> check_due{this, "check-due", "A fixed surface is to be probed before the next part."};
+    hal::Code<SurfaceCheck> check_code{this, "check-code",
+                                       "What the fixed surface has shown; 0 from the next cycle on."};
+    hal::Out<bool> check_news{this, "check-news",
+                              "The fixed surface has shown more than the growth of the contacts."};
+    hal::Told told_check{this, "check-news", hal::Tell::text, "{check-code}"};
 
 private:
     Answer by_program() noexcept {
         const double number = answered;
-        const double last = static_cast<double>(Answer::depth);
+        const double last = static_cast<double>(Answer::surface);
         return number > 0.5 && number < last + 0.5 ? static_cast<Answer>(std::lround(number)) : Answer::none;
     }
 
-    Edge growth_, other_;
+    Edge growth_, other_, surface_, cycle_;
     Answer given_ = Answer::none;
+    SurfaceCheck checked_ = SurfaceCheck::none;
+    bool passed_ = false, waits_ = false;
 };
 
 }  // namespace plumb

@@ -96,11 +96,12 @@ struct ThermalDisplacement final : hal::Component {
         now.step = step_;
 
         const auto event = measured_.step(now, contact_, dt);
-        if (conditions.acknowledges()) {
+        const bool acknowledged = conditions.acknowledges();
+        if (acknowledged) {
             measured_.acknowledge();
             shown_event_ = true;
         }
-        questions.answer(measured_);
+        questions.answer(measured_, contact_, now.tool, acknowledged);
         GrowthOffset::Wish wish;
         wish.applying = applying;
         wish.known = measured_.known();
@@ -196,6 +197,7 @@ private:
         seen.doubt = doubt;
         seen.asks_origin = applying && measured_.origin_change() != 0;
         if (applying) seen.shift = measured_.filter().shift(contact_);
+        seen.waits = questions.waits();
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();

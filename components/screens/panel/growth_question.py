@@ -25,10 +25,11 @@ class Question(Gtk.Box):
         self.pack_start(self._card, True, True, 0)
         self.set_no_show_all(True)
 
-    def _ask(self, text):
+    def _ask(self, text, values):
         """Without a text it has its answer."""
         if text:
-            set_text(self._words, "\u25b2 " + text)
+            until = self._page.instance.sentence(values, "unanswered-code")
+            set_text(self._words, " ".join(filter(None, ("\u25b2", text, until))))
             self._card.show_all()
         self.set_visible(bool(text))
 
@@ -42,7 +43,7 @@ class ShiftQuestion(Question):
         size = self._page.get(values, "shift-size", 0.0)
         set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
         set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)) if size else "")
-        self._ask(_("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)) if size else "")
+        self._ask(_("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)) if size else "", values)
 
     def _moves(self, values):
         """Those that come at once."""
@@ -91,7 +92,7 @@ class OriginQuestion(Question):
 
     def show_question(self, values):
         size = self._page.get(values, "origin-change", 0.0)
-        self._ask(_("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)) if size else "")
+        self._ask(_("Work offset or tool length of Z has changed by {change}. Why?").format(change=in_micrometres(size)) if size else "", values)
 
     def _give(self, pin, name):
         self._page.panel.guard.once_asked(lambda: (_("{reason}: is that right?").format(reason=name), []), name,

@@ -295,6 +295,7 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
          {"of the only tool", [](auto& its) { its.shift = Shift::only_tool; }, S::asks, Kind::warn},
          {"of one tool", [](auto& its) { its.shift = Shift::one_tool; }, S::asks_of_tool, Kind::warn},
          {"of feeds", [](auto& its) { its.shift = Shift::by_feed; }, S::asks_of_feeds, Kind::warn},
+        {"it waits at a doubt", [](auto& its) { its.waits = true; }, S::waits, Kind::warn},
          {"contacts do not come", [](auto& its) { its.doubt = Doubt::missed; }, S::missed, Kind::warn},
          {"none for long", [](auto& its) { its.doubt = Doubt::old; }, S::old, Kind::warn},
          {"a withdrawn operation", [](auto& its) { its.doubt = Doubt::program_event; }, S::program_event,

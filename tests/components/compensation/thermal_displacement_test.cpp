@@ -13,7 +13,7 @@ namespace {
 
 // Of status-code
 constexpr int fault = 1, works = 40, load_lost = 41, no_contact = 51, asks = 53, asks_origin = 54,
-              program_event = 58, held_back = 62;
+              program_event = 58, held_back = 62, waits = 63;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -593,7 +593,7 @@ TEST(ThermalDisplacement, AShiftIsAskedAboutAndTheOffsetLeavesItOutUntilItIsAnsw
     for (const bool growth : {false, true}) {
         Mill mill;
         mill.set("max-growth-rate", 0.0002);
-        mill.set("wait-for-answer", 1);
+        mill.set("at-doubt", 1);
         mill.learn();
         for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
         EXPECT_NEAR(mill.offset(), 0, 2 * um);
@@ -626,11 +626,94 @@ TEST(ThermalDisplacement, AShiftIsAskedAboutAndTheOffsetLeavesItOutUntilItIsAnsw
     }
 }
 
+TEST(ThermalDisplacement, AtADoubtPartsGoOnOrTheNextOneWaitsOrItCalls) {
+    for (const bool question : {false, true})
+        for (const int choice : {0, 1, 2, 7}) {
+            SCOPED_TRACE(testing::Message() << question << choice);
+            Mill mill;
+            mill.set("at-doubt", choice);
+            mill.set("max-growth-rate", 0.0002);
+            mill.learn();
+            for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
+            const auto expect = [&](bool doubts) {
+                mill.bench.run(0.1);
+                EXPECT_EQ(mill.get("wait"), doubts && choice == 1);
+                EXPECT_EQ(mill.get("call"), doubts && choice == 2);
+            };
+            expect(false);
+            const double sigma = mill.get("offset-sigma");
+            if (question)
+                for (int n = 0; n < 2; ++n) mill.cycle(31 * um);
+            else
+                mill.set("work-tolerance", sigma / 2);
+            expect(true);
+            EXPECT_EQ(mill.get("unanswered-code"), !question ? 0 : choice == 7 ? 1 : choice + 1);
+            if (choice == 1) {
+                EXPECT_EQ(mill.get("status-code"), question ? asks : waits);
+            }
+            mill.set("acknowledge", 1);
+            expect(false);
+            mill.set("acknowledge", 0);
+            expect(false);
+            mill.cycle(question ? 31 * um : 1 * um);
+            expect(true);  // one part was made
+            mill.set(question ? "shift-is-growth" : "work-tolerance", 1);
+            expect(false);
+            EXPECT_EQ(mill.get("unanswered-code"), 0);
+        }
+}
+
+TEST(ThermalDisplacement, AProbedFixedSurfaceAnswersAShift) {
+    enum { none, unknown, first, growth, is_growth, is_no_growth };
+    for (const bool grows : {false, true}) {
+        Mill mill;
+        mill.set("max-growth-rate", 0.0002);
+        const auto check = [&](double grown) {
+            mill.set("tool-number", 9);
+            mill.set("surface", -200 + grown);
+            mill.set("answer", 6);
+            mill.bench.run(0.2);
+            mill.set("answer", 0);
+            mill.bench.run(0.1);
+            return mill.get("check-code");
+        };
+        EXPECT_EQ(check(0), unknown);
+        EXPECT_FALSE(mill.get("check-due"));
+        mill.learn();
+        EXPECT_TRUE(mill.get("check-due"));
+        EXPECT_EQ(check(0), first);
+        EXPECT_TRUE(mill.get("check-news"));
+        EXPECT_FALSE(mill.get("check-due"));
+        for (int n = 1; n <= 3; ++n) {
+            mill.cycle(1 * um);
+            EXPECT_EQ(mill.get("check-code"), none);
+            EXPECT_FALSE(mill.get("check-due"));
+        }
+        EXPECT_EQ(check(1 * um), growth);
+        EXPECT_FALSE(mill.get("check-news"));
+        EXPECT_FALSE(mill.get("check-due"));
+        for (int n = 0; n < 2; ++n) mill.cycle(31 * um);
+        EXPECT_EQ(mill.get("status-code"), asks);
+        EXPECT_TRUE(mill.get("check-due"));
+        mill.set("row", 0);
+        mill.bench.run(0.1);
+        const double reference = mill.get("row-coordinate");
+        EXPECT_EQ(check((grows ? 31 : 1) * um), grows ? is_growth : is_no_growth);
+        EXPECT_TRUE(mill.get("check-news"));
+        EXPECT_FALSE(mill.get("check-due"));
+        EXPECT_FALSE(mill.get("doubt"));
+        EXPECT_NEAR(mill.get("row-coordinate") - reference, grows ? 0 : 30 * um, 1 * um);
+        mill.cycle(31 * um);
+        EXPECT_NEAR(mill.offset(), (grows ? 31 : 1) * um, 2 * um);
+        EXPECT_FALSE(mill.get("doubt"));
+    }
+}
+
 TEST(ThermalDisplacement, AChangedZeroIsExplainedByAPinByM68OrAfterwardsByAnAnswer) {
     for (const int by : {0, 1, 2}) {
         Mill mill;
         mill.set("max-growth-rate", 0.0002);
-        mill.set("wait-for-answer", 1);
+        mill.set("at-doubt", 1);
         mill.learn();
         for (int n = 1; n <= 3; ++n) mill.cycle(3 * n * um);
         EXPECT_NEAR(mill.offset(), 9 * um, 1 * um);
@@ -778,6 +861,7 @@ TEST(ThermalDisplacement, EverySettingIsJudged) {
                                   "expected-growth",
                                   "unexplained-growth",
                                   "contact-repeatability",
+                                  "surface-repeatability",
                                   "temperature-growth",
                                   "tolerance",
                                   "time-tolerance",

@@ -204,11 +204,11 @@ class Window(unittest.TestCase):
 
     def test_a_shift_of_contacts_is_answered_by_the_finger(self):
         not_growth, growth = (self.host.expect("given == 0", given="growth.shift-is-" + answer) for answer in ("not-growth", "growth"))
-        asks = {"growth.shift-size": 0.03, "growth.doubt": True, "growth.enable": True, "growth.cycle-running": True,
+        asks = {"growth.shift-size": 0.03, "growth.unanswered-code": 2, "growth.doubt": True, "growth.enable": True, "growth.cycle-running": True,
                 "motion.motion-enabled": True, "motion.is-all-homed": True, "task.alive": True, "task.program": "running"}
         finger = self.panel_with(asks)
         finger.press("Growth of Z")
-        finger.await_text("Contacts have moved by +30.0 \u00b5m at once. What is it?")
+        finger.await_text("Contacts have moved by +30.0 \u00b5m at once. What is it? If nobody answers, the next part waits.")
         finger.await_text("The reference follows, and Z does not move.")
         finger.await_text("The spindle has grown. It moves: Z +30.0 \u00b5m.")
         finger.press("It is growth")

@@ -26,6 +26,7 @@ struct Machine {
     GrowthFilter filter{};
     double noise = 0.5 * um, reference_sigma = 0.5 * um;
     std::int32_t cycle = 0;
+    bool other_tools = true;
     GrowthFilter::Machine now{};
 
     Machine() {
@@ -54,7 +55,7 @@ struct Machine {
         r.step = step;
         r.gauge = gauge;
         r.of_tool = gauge < 2 ? 3 : 4;
-        r.other_tools = true;
+        r.other_tools = other_tools;
         r.feed = feeds[gauge];
         r.cycle = cycle;
         const Rejection why = filter.judge(r, settings);
@@ -181,6 +182,154 @@ TEST(GrowthFilter, TheAnswersToAShift) {
     other.cycles(2, 0, 0, 0);  // against references that were corrected
     EXPECT_EQ(other.filter.shift(other.settings), Shift::none);
     EXPECT_NEAR(other.filter.growth(), 0, 1 * um);
+}
+
+constexpr std::int32_t probe = 9;  // a tool
+constexpr double setter = -200;    // mm, height of a fixed surface
+
+TEST(GrowthFilter, AFixedSurfaceAnswersAShift) {
+    for (const bool is_growth : {false, true})
+        for (const double shift : {20 * um, -20 * um}) {
+            Machine machine;
+            const auto check = [&](double grown) {
+                return machine.filter.check(setter + grown, probe, false, machine.settings);
+            };
+            machine.cycles(3, 5 * um, 5 * um, 5 * um);
+            EXPECT_EQ(check(5 * um), SurfaceCheck::first);
+            machine.cycles(3, 8 * um, 8 * um, 8 * um);
+            EXPECT_EQ(check(8 * um), SurfaceCheck::growth);
+            const double z = 8 * um + shift;
+            machine.cycles(2, z, z, z);
+            ASSERT_EQ(machine.filter.shift(machine.settings), Shift::all);
+            EXPECT_EQ(check(150 * um), SurfaceCheck::unlike) << "a chip on it";
+            ASSERT_EQ(machine.filter.shift(machine.settings), Shift::all);
+            EXPECT_EQ(check(is_growth ? z : 8 * um),
+                      is_growth ? SurfaceCheck::is_growth : SurfaceCheck::is_no_growth);
+            EXPECT_NEAR(if_shift(machine.filter), is_growth ? z : 8 * um, 2 * um);
+            if (!is_growth) {
+                EXPECT_NEAR(machine.filter.displaced(0, -1.6), shift, 2 * um)
+                    << "for the references to follow";
+                machine.filter.shift_is_corrected();
+            }
+            EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
+            const double now = is_growth ? z : 8 * um;
+            machine.cycles(2, now, now, now);
+            EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
+            EXPECT_NEAR(machine.filter.growth(), now, 1 * um);
+            EXPECT_EQ(check(now), SurfaceCheck::growth);
+        }
+}
+
+// Half of a shift speaks for neither answer.
+TEST(GrowthFilter, AFixedSurfaceThatDoesNotDecideMovesOnlyTheProbability) {
+    Machine machine;
+    machine.settings.surface_repeatability = 6 * um;
+    machine.cycles(3, 0, 0, 0);
+    machine.filter.check(setter, probe, false, machine.settings);
+    machine.cycles(2, 20 * um, 20 * um, 20 * um);
+    const double before = machine.filter.probability();
+    EXPECT_EQ(machine.filter.check(setter + 13 * um, probe, false, machine.settings),
+              SurfaceCheck::undecided);
+    EXPECT_GT(machine.filter.probability(), before);
+    EXPECT_EQ(machine.filter.shift(machine.settings), Shift::all);
+    machine.filter.check(setter + 20 * um, probe, false, machine.settings);
+    EXPECT_EQ(machine.filter.check(setter + 20 * um, probe, false, machine.settings),
+              SurfaceCheck::is_growth);
+}
+
+TEST(GrowthFilter, ALongerToolShowsOnAFixedSurfaceAndIsNoGrowth) {
+    for (const double moved : {0.0, 30 * um}) {  // of a tool on the surface
+        for (const bool asked : {false, true}) {
+            Machine machine;
+            machine.cycles(3, 0, 0, 0);
+            machine.filter.check(setter, 2, asked, machine.settings);
+            machine.cycles(4, 0, 0, 30 * um);
+            ASSERT_EQ(machine.filter.shift(machine.settings), Shift::one_tool);
+            EXPECT_TRUE(machine.filter.asks_of_tool(2));
+            EXPECT_FALSE(machine.filter.asks_of_tool(0));
+            const auto found = machine.filter.check(setter + moved, 2, asked, machine.settings);
+            EXPECT_EQ(found, asked || moved == 0 ? SurfaceCheck::is_no_growth : SurfaceCheck::unlike);
+            if (found == SurfaceCheck::is_no_growth) machine.filter.shift_is_corrected();
+            if (!asked) continue;
+            EXPECT_EQ(machine.filter.check(setter + moved, 2, false, machine.settings), SurfaceCheck::growth);
+            EXPECT_NEAR(machine.filter.growth(), 0, 1 * um);
+        }
+    }
+}
+
+// A longer tool moves on the surface as growth does.
+TEST(GrowthFilter, TheOnlyToolOfAProgramProvesNoGrowthOnAFixedSurface) {
+    for (const bool moved : {false, true}) {
+        Machine machine;
+        machine.other_tools = false;
+        const auto both = [&](double z) {
+            machine.begin();
+            for (const int gauge : {0, 1}) machine.contact(gauge, z);
+        };
+        for (int n = 0; n < 3; ++n) both(0);
+        machine.filter.check(setter, 1, false, machine.settings);
+        for (int n = 0; n < 2; ++n) both(20 * um);
+        ASSERT_EQ(machine.filter.shift(machine.settings), Shift::only_tool);
+        EXPECT_TRUE(machine.filter.asks_of_tool(0));
+        EXPECT_EQ(machine.filter.check(setter + (moved ? 20 * um : 0), 1, true, machine.settings),
+                  moved ? SurfaceCheck::undecided : SurfaceCheck::is_no_growth);
+    }
+}
+
+TEST(GrowthFilter, AGaugeToolThatMovesWhileContactsStandBeginsAnew) {
+    Machine machine;
+    const auto check = [&](double moved) {
+        return machine.filter.check(setter + moved, probe, false, machine.settings);
+    };
+    machine.cycles(3, 0, 0, 0);
+    check(0);
+    for (int n = 0; n < 2; ++n) EXPECT_EQ(check(30 * um), SurfaceCheck::unlike) << "it may be growth";
+    machine.cycles(1, 0, 0, 0);
+    EXPECT_EQ(check(30 * um), SurfaceCheck::first);
+    machine.cycles(1, 3 * um, 3 * um, 3 * um);
+    EXPECT_EQ(check(33 * um), SurfaceCheck::growth);
+    EXPECT_NEAR(machine.filter.growth(), 3 * um, 1 * um);
+}
+
+TEST(GrowthFilter, AFixedSurfaceMeasuresTheGrowthBetweenParts) {
+    Machine machine;
+    machine.cycles(3, 0, 0, 0);
+    machine.filter.check(setter, probe, false, machine.settings);
+    machine.step(8 * 3600);
+    EXPECT_EQ(machine.filter.check(setter - 25 * um, probe, false, machine.settings), SurfaceCheck::growth);
+    EXPECT_NEAR(machine.filter.growth(), -25 * um, 3 * um);
+    machine.cycles(1, -25 * um, -25 * um, -25 * um);
+    EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
+    EXPECT_NEAR(machine.filter.growth(), -25 * um, 1 * um);
+}
+
+TEST(GrowthFilter, AnotherOriginLeavesTheFixedSurfaceAndANewReferenceForgetsIt) {
+    Machine machine;
+    EXPECT_FALSE(machine.filter.has_surface());
+    machine.cycles(3, 4 * um, 4 * um, 4 * um);
+    machine.filter.check(setter, probe, false, machine.settings);
+    EXPECT_TRUE(machine.filter.has_surface());
+    machine.filter.displace(-40 * um);
+    EXPECT_EQ(machine.filter.check(setter, probe, false, machine.settings), SurfaceCheck::growth);
+    EXPECT_NEAR(machine.filter.growth(), -36 * um, 1 * um);
+    machine.filter.begin_at(0, 1 * um, machine.settings);
+    EXPECT_FALSE(machine.filter.has_surface());
+    machine.filter.forget();
+    EXPECT_EQ(machine.filter.check(setter, probe, false, machine.settings), SurfaceCheck::unknown);
+}
+
+// Five tools on four places.
+TEST(GrowthFilter, EachToolHasItsOwnHeightOfAFixedSurface) {
+    Machine machine;
+    machine.cycles(3, 0, 0, 0);
+    const auto check = [&](std::int32_t tool) {
+        return machine.filter.check(setter + tool, tool, false, machine.settings);
+    };
+    for (const int tool : {0, 1, 2, 3}) EXPECT_EQ(check(tool), SurfaceCheck::first);
+    for (const int tool : {0, 1, 2, 3}) EXPECT_EQ(check(tool), SurfaceCheck::growth);
+    EXPECT_EQ(check(4), SurfaceCheck::first);
+    for (const int tool : {0, 1, 2, 4}) EXPECT_EQ(check(tool), SurfaceCheck::growth);
+    EXPECT_EQ(check(3), SurfaceCheck::first) << "it gave way to tool 4";
 }
 
 TEST(GrowthFilter, AnAnswerWithoutAShiftChangesNothing) {

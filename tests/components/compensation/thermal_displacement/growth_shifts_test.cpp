@@ -207,5 +207,46 @@ TEST(GrowthShifts, AStepThatTheOperatorCallsGrowthIsCorrected) {
     }
 }
 
+// A touch of a fixed surface has a standard deviation of 2 um, and a check is the mean of five, right after a
+// part: after learning, and while a question is open.
+TEST(GrowthShifts, AProbedFixedSurfaceAnswersWithinOnePartWhateverIsTrue) {
+    constexpr double noise = 2 * um;
+    for (const bool is_growth : {false, true}) {
+        int asked = 0, right = 0, wrong = 0;
+        for (int seed = 1; asked < 330; ++seed) {
+            Random random(static_cast<std::uint64_t>(seed), 31);
+            GrowthShop shop = shop_with(seed % 3 ? two_tools : one_tool);
+            shop.settings.surface_repeatability = noise / std::sqrt(5);
+            const double begin = random.uniform(4000, 7000);
+            const double size = random.uniform(12 * um, 50 * um) * (seed % 2 ? 1 : -1);
+            GrowthTruth truth = drawn_growth(seed, (seed % 5 ? 12 : 50) * um, seed % 4 < 2, 2.3);
+            const auto slow = truth.growth;
+            if (is_growth) truth.growth = [=](double t) { return slow(t) + (t >= begin ? size : 0.0); };
+            if (!is_growth) shop.shift = [=](double t, std::size_t) { return t >= begin ? size : 0.0; };
+            int part = 0;
+            bool over = false;
+            shop.after_part = [&](double t, GrowthFilter& growth) {
+                const bool question = growth.shift(shop.settings) != Shift::none;
+                if (over || (part++ != 0 && !question)) return;
+                double touches = 0;
+                for (int i = 0; i < 5; ++i) touches += noise * random.gaussian() / 5;
+                const SurfaceCheck found =
+                    growth.check(-200 + truth.growth(t) + touches, 9, false, shop.settings);
+                const auto answer = is_growth ? SurfaceCheck::is_growth : SurfaceCheck::is_no_growth;
+                const auto other = is_growth ? SurfaceCheck::is_no_growth : SurfaceCheck::is_growth;
+                over = question;
+                asked += question;
+                right += question && found == answer;
+                wrong += found == other;
+            };
+            const auto growth = std::make_unique<GrowthFilter>();
+            shop.run(truth, 2.3, seed, *growth);
+        }
+        EXPECT_GE(right, 0.95 * asked + 1.645 * std::sqrt(0.05 * 0.95 * asked)) << "lower limit of 95 %";
+        EXPECT_EQ(wrong, 0);
+        RecordProperty(is_growth ? "growth" : "shift", right);
+    }
+}
+
 }  // namespace
 }  // namespace plumb
