@@ -38,7 +38,7 @@ class Days(unittest.TestCase):
             os.remove(os.path.join(machine, "widgets.json"))
 
     def test_a_part_is_learnt_by_the_finger(self):
-        self.assertIn("Valid, of 5 contacts", self.days[0]["reference"])
+        self.assertIn("5 contacts of all programs are kept", self.days[0]["reference"])
 
     def test_a_button_that_moves_is_refused_while_the_machine_is_off(self):
         self.assertIn("refused", self.days[0]["refused"])

@@ -75,9 +75,9 @@ struct ContactReport : hal::Group {
                                          "Cycles learned from for the reference that is being made."};
     hal::Out<bool> learnt{this, "learnt",
                           "The last cycle has given a reference; reference-sigma shows how good it is."};
-    hal::Told told_learnt{
-        this, "learnt", hal::Tell::text,
-        "Learned from this part: {rows} contacts. The reference is uncertain by {reference-sigma}."};
+    hal::Told told_learnt{this, "learnt", hal::Tell::text,
+                          "Learned from this part. The reference is uncertain by {reference-sigma}; {rows} "
+                          "contacts of all programs are kept."};
     hal::Out<bool> reference_valid{this, "reference-valid",
                                    "There is a reference for this program and these tools."};
     hal::Out<bool> reference_refused{this, "reference-refused",

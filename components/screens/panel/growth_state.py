@@ -15,7 +15,7 @@ def reference(instance, values):
         if get("rows"):
             return _("{count} contacts are kept, of other programs or tools.").format(count=get("rows"))
         return _("There is none for this program and these tools.")
-    text = _("Valid, of {count} contacts, with a standard deviation of {sigma}.").format(
+    text = _("Valid, with a standard deviation of {sigma}; {count} contacts of all programs are kept.").format(
         count=get("rows"), sigma=in_micrometres(float(get("reference-sigma", 0.0))).lstrip("+"))
     if not get("growth-known"):
         return text + " " + _("No contact has counted since the start.")

@@ -193,7 +193,7 @@ class Risen(unittest.TestCase):
     def test_a_bit_is_told_with_the_values_of_its_pins(self):
         speaker = Speaker(pins_of(DECLARED["thermal_displacement"], "growth"))
         told = speaker.say(growth__learnt=True, growth__rows=5, growth__reference_sigma=0.0012)
-        self.assertEqual(told, [("text", "Growth of Z: Learned from this part: 5 contacts. The reference is uncertain by 1.2 \u00b5m.")])
+        self.assertEqual(told, [("text", "Growth of Z: Learned from this part. The reference is uncertain by 1.2 \u00b5m; 5 contacts of all programs are kept.")])
         self.assertEqual(speaker.say(growth__rows=6), [], "once, whatever the values do")
         self.assertEqual(speaker.say(growth__learnt=False), [])
         self.assertEqual(len(speaker.say(growth__learnt=True)), 1)
