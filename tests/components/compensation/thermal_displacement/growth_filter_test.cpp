@@ -298,6 +298,7 @@ TEST(GrowthFilter, AFixedSurfaceMeasuresTheGrowthBetweenParts) {
     machine.step(8 * 3600);
     EXPECT_EQ(machine.filter.check(setter - 25 * um, probe, false, machine.settings), SurfaceCheck::growth);
     EXPECT_NEAR(machine.filter.growth(), -25 * um, 3 * um);
+    EXPECT_LE(machine.filter.gate(machine.settings), machine.settings.floor) << "it is known again";
     machine.cycles(1, -25 * um, -25 * um, -25 * um);
     EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
     EXPECT_NEAR(machine.filter.growth(), -25 * um, 1 * um);
