@@ -180,7 +180,7 @@ public:
         const double way = x1 - x2, up = way - (x2 - x3), down = way - (now.measured - x1);
         const double spike = up * down > 0 ? std::min(std::abs(up), std::abs(down)) : 0;
         past_ = {now.measured, x1, x2};
-        suspects_ = count_ >= 2 && strokes_ >= first && std::abs(down) > least_;
+        suspects_ = count_ >= 2 && strokes_ >= first && std::abs(up + down) > least_;
         if (count_ < past_.size()) {
             ++count_;
             return false;
@@ -198,7 +198,7 @@ public:
     }
 
     double least() const noexcept { return least_; }  // mu
-    // The last way may be a slip, which the next one decides.
+    // The last way may be a slip, which the next one decides: it changed otherwise than by an acceleration.
     bool suspects() const noexcept { return suspects_; }
 
 private:
