@@ -89,7 +89,7 @@ struct ThermalDisplacement final : hal::Component {
         permission.step();
         Sample now = GrowthByContact::judged(sample());
         const Lost lost = now.lost;
-        if (periods_++ % between_settings == 0) take_settings();
+        take_settings();
         const bool dry = dry_run;
         const bool applying = now.enable && !dry && measured_.applicable();
         const bool starts = watch_cycle(now.cycle_running, now.load_lost, applying && !now.learn);
@@ -140,8 +140,10 @@ private:
     using Sample = GrowthByContact::Sample;
     using Lost = GrowthByContact::Lost;
 
+    // Those of the contacts, which are many, later. A bound of the offset holds at once.
     void take_settings() noexcept {
-        const bool contact = contact_settings.read(), own = offset_settings.read();
+        const bool contact = periods_++ % between_settings == 0 && contact_settings.read();
+        const bool own = offset_settings.read();
         if (!contact && !own) return;
         bad_settings_ =
             !(contact_settings.in_range && contact_settings.consistent() && offset_settings.in_range &&

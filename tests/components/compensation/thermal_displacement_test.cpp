@@ -353,6 +353,25 @@ TEST(ThermalDisplacement, OffsetIsBoundedAndReportsIt) {
     EXPECT_FALSE(mill.get("limited"));
 }
 
+TEST(ThermalDisplacement, AnOffsetOnItsWayNeverPassesABoundThatFalls) {
+    Bench bench(Bench::Thread::none);
+    bring_to_life(bench);
+    const double bound = bench.get("growth.max-offset"), period = 0.001;
+    for (int i = 0; i < 40; ++i) {
+        bench.run(0.05 + period * i);
+        double before = std::abs(bench.get("growth.z-offset"));
+        ASSERT_GT(before, 0);
+        bench.set("growth.max-offset", 0);
+        for (int k = 0; k < 40; ++k) {
+            bench.run(period);
+            const double now = std::abs(bench.get("growth.z-offset"));
+            EXPECT_LE(now, before) << i;
+            before = now;
+        }
+        bench.set("growth.max-offset", bound);
+    }
+}
+
 TEST(ThermalDisplacement, ALostSignalHoldsTheOffsetAndIsNamed) {
     Mill mill;
     mill.learn();
