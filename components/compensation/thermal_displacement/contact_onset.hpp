@@ -153,6 +153,7 @@ private:
                 e_ = fit_.share() * std::pow(fit_.q(), fit_.first());
                 s_ = fit_.first() * spacing_ / time_constant_ - std::log(fit_.share());
                 residuals_ = {};
+                ripple_ = {};
                 shape_.begin(std::max(1.0, 2 * hold_ * spacing_ / time_constant_));
                 enter(Stage::residuals);
                 break;
@@ -236,6 +237,7 @@ private:
             const double rise = k_ <= fit_.first() ? fit_.gain() * (1 - e_) : 0;
             const double residual = load - fit_.baseline() - rise;
             residuals_.take(weight, residual, fit_.q());
+            if (weight > 0) ripple_.take(residual, k_ <= fit_.first());
             shape_.take(weight, residual, s_, k_ <= fit_.first() ? e_ : 0);
             e_ /= fit_.q();
             s_ -= spacing_ / time_constant_;
@@ -288,7 +290,8 @@ private:
         noise_ = tau / fit_.gain() * std::sqrt((1 + small) * disturbance / fit_.information());
         const double of_filter =
             refits_ > 0 && refit_ != Refit::none ? tau * shape_.bend() * change_sigma() : 0;
-        sigma_ = std::hypot(noise_, sampling(), of_filter);
+        const double of_teeth = ripple_.shift(tau, spacing_ * period()) / fit_.gain();
+        sigma_ = std::hypot(std::hypot(noise_, of_teeth), sampling(), of_filter);
         kink_ = tau * shape_.kink(fit_.gain());
         found_ = fit_.found() && fit_.explained() > clear_rise * clear_rise * disturbance;
         if (found_) {
@@ -324,6 +327,7 @@ private:
     double e_ = 0;  // exp(-(t - t0) / τ) at that slot
     double s_ = 0;  // (t - t0) / τ there
     ResidualNoise residuals_;
+    CutRipple ripple_;
     OnsetShape shape_;
     Refit refit_ = Refit::none;
     int refits_ = 0;

@@ -2,8 +2,8 @@
 // One rise of a load, fitted to evenly spaced samples, from the newest to the oldest.
 //
 // 1. OnsetFit finds the moment of the rise, for a given time constant.
-// 2. ResidualNoise and OnsetShape take what that fit has left: how much of it is noise, and whether another
-//    time constant or a kink explains the rest.
+// 2. ResidualNoise, CutRipple and OnsetShape take what that fit has left: how much of it is noise, how much
+//    comes from the teeth, and whether another time constant or a kink explains the rest.
 #pragma once
 
 #include <algorithm>
@@ -210,6 +210,49 @@ public:
 
 private:
     double squares_ = 0, sum_ = 0, sum_squares_ = 0, white_ = 0, white_sum_ = 0;
+};
+
+// The load of the teeth. It begins with the contact, at any phase, and shifts the onset by its integral up to
+// there. Behind the filter τ the teeth leave the residuals y = load - fit, so with u = y + τ y' before it
+//
+//     variance of the onset = (τ² variance(y) + variance(∫ y dt)) / P²
+//
+// of which as much is noise as there is before the contact.
+class CutRipple {
+public:
+    // From the newest sample to the oldest.
+    void take(double residual, bool in_cut) noexcept { (in_cut ? cut_ : idle_).take(residual); }
+
+    // Standard deviation of the onset, in s % of load: for a time constant and samples every `interval` s.
+    double shift(double time_constant, double interval) const noexcept {
+        if (cut_.n < 4 || idle_.n < 4) return 0;
+        const double chance = std::sqrt(2 / cut_.n + 2 / idle_.n), slow = 3 * cut_.n / idle_.n;
+        const double level2 = cut_.variance() - (1 + chance) * idle_.variance();
+        const double path2 = cut_.path_variance() - slow * idle_.path_variance();
+        return std::hypot(time_constant * std::sqrt(std::max(level2, 0.0)),
+                          interval * std::sqrt(std::max(path2, 0.0)));
+    }
+
+private:
+    struct Sums {
+        double n = 0, yy = 0, path = 0, paths = 0, path2 = 0, n_path = 0;
+
+        void take(double residual) noexcept {
+            ++n;
+            yy += residual * residual;
+            path += residual;
+            paths += path;
+            path2 += path * path;
+            n_path += n * path;
+        }
+        double variance() const noexcept { return (yy - path * path / n) / (n - 1); }
+        double path_variance() const noexcept {  // about a straight line
+            const double slope = n_path - 0.5 * (n + 1) * paths;
+            return (path2 - paths * paths / n - slope * slope * 12 / (n * (n * n - 1))) / n;
+        }
+    };
+
+    Sums cut_, idle_;
 };
 
 }  // namespace plumb

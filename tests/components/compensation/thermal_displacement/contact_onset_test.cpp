@@ -32,6 +32,7 @@ struct Approach {
     double coolant = 0;     // %, from a while before the contact on
     double coolant_before = 0;
     bool filtered = false;  // so is the coolant's load
+    double tooth = 0;       // s from one to the next: each cuts for 40 % of that, from the contact on
 
     Random random{1};
     ContactOnset onset{};
@@ -43,10 +44,16 @@ struct Approach {
         SampleAndHold drive(hold * random.uniform());
         bool done = false, started = false;
         periods = 0;
-        double time = 0;
+        double time = 0, milled = 0;
+        const double phase = random.uniform();
         for (int i = 1; !done && time < before + ends_after + 2; ++i) {
             time = i * dt;
-            const double cut = time > contact ? -step * std::expm1(-(time - contact) / lag) : 0;
+            double cut = time > contact ? -step * std::expm1(-(time - contact) / lag) : 0;
+            for (int part = 0; tooth > 0 && part < 10; ++part) {
+                const double now = time + (part - 9) * dt / 10, turned = now / tooth + phase;
+                const bool cuts = now > contact && turned - std::floor(turned) < 0.4;
+                cut = milled += (cuts * step / 0.4 - milled) * -std::expm1(-dt / 10 / lag);
+            }
             const double on = time - contact + coolant_before;
             const double other = !(on > 0) ? 0 : filtered ? -coolant * std::expm1(-on / lag) : coolant;
             const double load = drive.step(5 + cut + other, hold, dt, [&](double sample, double) {
@@ -266,6 +273,18 @@ TEST(ContactOnset, ScattersAsTheBoundForALoadThatIsHeldAndCoarse) {
     const Scatter pairs = scatter_of_pairs(approach, 300, 0.8);
     EXPECT_LT(1000 * feed * pairs.rms, 3.2) << "um; 2.75 in the long run";
     EXPECT_NEAR(pairs.sigma, pairs.rms, 0.25 * pairs.rms);
+}
+
+// A tooth that comes late makes the whole rise late. The residuals alone show a third of that.
+TEST(ContactOnset, TheTeethOfInterruptedMillingMakeTheContactLessCertain) {
+    for (const double tooth : {0.008, 0.02, 0.04}) {
+        Approach approach;
+        approach.noise = 0.1;
+        approach.tooth = tooth;
+        const Scatter pairs = scatter_of_pairs(approach, 300, 0.8);
+        EXPECT_GT(pairs.sigma, 0.8 * pairs.rms) << tooth;
+        EXPECT_LT(pairs.sigma, 1.5 * pairs.rms) << tooth;
+    }
 }
 
 // Counting each period that a sample is held puts the rise anywhere between two samples: 4.8 um.
