@@ -33,11 +33,18 @@ constexpr const char* sentence(LearningFault fault) {
         case LearningFault::aborted: return "The cycle was not complete.";
         case LearningFault::disturbed: return "A signal was invalid, or learn, program or tools changed.";
         case LearningFault::no_contact: return "No contact was found.";
-        case LearningFault::poor: return "The load is too poor: no contact is more certain than gate-floor.";
+        case LearningFault::poor:
+            return "This load shows Z only to about {displacement-sigma}. Leave it on Measure only, or learn "
+                   "from a steady plunge, not from interrupted milling.";
         case LearningFault::disagree:
             return "Contacts of one tool disagree in how the load rises: learn from another cycle.";
         default: return nullptr;  // no_clock, rises_twice: as Rejection
     }
+}
+
+// Another part of the same program may cure it.
+constexpr bool may_pass(LearningFault fault) {
+    return fault != LearningFault::none && fault != LearningFault::poor && fault != LearningFault::no_clock;
 }
 
 // Which contacts of a cycle are not learned: those with a sigma beyond `largest`, and those whose sigma or

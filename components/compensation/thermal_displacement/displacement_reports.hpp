@@ -37,6 +37,7 @@ struct ContactReport : hal::Group {
         learning_failed = measured.tally().learning_fault() != LearningFault::none;
         cycles_learnt = measured.cycle().learnt();
         learnt = measured.tally().learnt();
+        poor_load = measured.tally().learnt() && measured.shows_z_poorly(settings);
         const Refusal refusal = measured.refusal().reason();
         reference_refused = refusal != Refusal::none;
         reference_valid = refusal == Refusal::none && measured.cycle().has(setup);
@@ -78,6 +79,12 @@ struct ContactReport : hal::Group {
     hal::Told told_learnt{this, "learnt", hal::Tell::text,
                           "Learned from this part. The reference is uncertain by {reference-sigma}; {rows} "
                           "contacts of all programs are kept."};
+    hal::Out<bool> poor_load{
+        this, "poor-load", "The last cycle has given a reference that is too uncertain for work-tolerance."};
+    hal::Told told_poor_load{
+        this, "poor-load", hal::Tell::text,
+        "This load shows Z only to about {reference-sigma}. Leave it on Measure only, or learn from a steady "
+        "plunge, not from interrupted milling."};
     hal::Out<bool> reference_valid{this, "reference-valid",
                                    "There is a reference for this program and these tools."};
     hal::Out<bool> reference_refused{this, "reference-refused",

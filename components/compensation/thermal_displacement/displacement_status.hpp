@@ -93,6 +93,7 @@ enum class DisplacementStatus : std::int32_t {
     poor_reference,
     held_back = 62,
     waits,
+    learns_again,
 };
 
 // Somebody has to act, or to answer.
@@ -122,6 +123,13 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::learning_failed:
             return hal::Said{Kind::warn, "Nothing was learned.", "Remove the cause, and learn again.",
                              hal::Button::learn, "detail-code"}
+                .told(Tell::text);
+        case S::learns_again:
+            return hal::Said{Kind::wait,
+                             "Nothing was learned: the next part is learned from.",
+                             "Run it as before.",
+                             {},
+                             "detail-code"}
                 .told(Tell::text);
         case S::refused:
             return {Kind::bad, "The reference is refused: nothing is corrected.",
@@ -211,7 +219,7 @@ struct DisplacementSeen {
     Doubt doubt{};          // the load, a shift and the origin have statuses of their own
     Shift shift{};          // without an answer
     bool enabled = false, load_valid = true;
-    bool learning = false, will_learn = false;
+    bool learning = false, will_learn = false, learns_again = false;
     bool has_reference = false, has_rows = false;  // has_reference: for this program
     bool cycle_running = false, dry_run = false, asks_origin = false;
     bool known = false, bounded = false, waits = false;
@@ -237,6 +245,7 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
                           {!its.enabled && its.interlock == S{}, hal::common<S>(hal::Common::off)},
                           {!its.load_valid, S::load_lost},
                           {its.learning, S::learning},
+                          {its.learns_again, S::learns_again},
                           {its.will_learn, S::will_learn},
                           {its.learning_fault != LearningFault{}, S::learning_failed},
                           {its.refusal == Refusal::feed, S::refused},

@@ -158,7 +158,14 @@ public:
     // count as if the program had another depth.
     double origin_change() const noexcept { return asked_.change; }
 
+    // Nothing was learned from the first part of this program that was to be learned from: the next one is.
+    bool learns_again(const MachiningSetup& setup) const noexcept { return again_ && setup == setup_; }
+
     double reference_sigma() const noexcept { return reference_sigma_; }  // mu, of all gauges together
+    // The reference alone makes the error to expect about as large as the work tolerates.
+    bool shows_z_poorly(const Settings& settings) const noexcept {
+        return reference_sigma_ > 0.7 * settings.work_tolerance;
+    }
     // Growth to expect within the learning cycle, in mu: a cut is compared with one at another time of it.
     double learning_growth() const noexcept { return learning_growth_; }
 
@@ -251,6 +258,7 @@ private:
             }
             reference_sigma_ = judge_references(settings);
             refusal_.end(complete && !its.learning, cycle_);
+            again_ = may_pass(its.fault) && !again_ && !cycle_.references().made_with(setup_);
             tally_.end(its);
         }
         if (s.enable && starts) {
@@ -373,6 +381,7 @@ private:
             cycle_.learn(learnt, !fresh && reason == Rejection::none);
         }
         if (reason != Rejection::none) return reject(reason);
+        if (fresh) sigma_ = finder_.found().contact.sigma;
         if (learning) origin_growth_ += (filter_.growth() - origin_growth_) / ++learnt_contacts_;
         tally_.accept(learning);
         return learning ? Event::contact : Event::accepted;
@@ -456,6 +465,7 @@ private:
     }
 
     void forget_growth() noexcept {
+        again_ = false;
         asked_ = {};
         filter_.forget();
         tally_.forget();
@@ -491,6 +501,7 @@ private:
     Edge running_, rose_again_;
     MachiningSetup setup_;  // as the cycle began
     ReferenceRefusal refusal_;
+    bool again_ = false;  // learns from the next cycle without being asked
 
     double growth_ = 0;
     double sigma_ = 0;

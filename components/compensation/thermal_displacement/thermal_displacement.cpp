@@ -88,6 +88,7 @@ struct ThermalDisplacement final : hal::Component {
     void update(double dt) noexcept {
         permission.step();
         Sample now = GrowthByContact::judged(sample());
+        now.learn = now.learn || measured_.learns_again(now.setup);
         const Lost lost = now.lost;
         take_settings();
         const bool dry = dry_run;
@@ -189,6 +190,7 @@ private:
         seen.load_valid = !now.load_lost;
         seen.learning = measured_.cycle().learning();
         seen.will_learn = now.learn;
+        seen.learns_again = measured_.learns_again(now.setup);
         seen.learning_fault = measured_.tally().learning_fault();
         seen.refusal = measured_.refusal().reason();
         seen.rejection = measured_.tally().of_last_contact();

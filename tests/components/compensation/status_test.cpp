@@ -264,6 +264,8 @@ TEST(DisplacementStatus, SaysThatItWorksOnlyWhileItDoes) {
               its.learning = true;
           },
           S::learning, Kind::good},
+         {"nothing was learned, and the next part is learned from", [](auto& its) { its.learns_again = true; },
+          S::learns_again, Kind::wait},
          {"learning is requested", [](auto& its) { its.will_learn = true; }, S::will_learn, Kind::wait},
          {"nothing was learned", [](auto& its) { its.learning_fault = LearningFault::poor; }, S::learning_failed,
           Kind::warn},

@@ -12,8 +12,8 @@ namespace plumb {
 namespace {
 
 // Of status-code
-constexpr int fault = 1, works = 40, load_lost = 41, no_contact = 51, asks = 53, asks_origin = 54,
-              program_event = 58, held_back = 62, waits = 63;
+constexpr int fault = 1, works = 40, load_lost = 41, learning_failed = 44, no_contact = 51, asks = 53,
+              asks_origin = 54, program_event = 58, held_back = 62, waits = 63, learns_again = 64;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -326,6 +326,75 @@ TEST(ThermalDisplacement, AnAbortedLearningCycleIsNoReference) {
     EXPECT_FALSE(mill.get("reference-valid"));
     EXPECT_TRUE(mill.get("learning-failed"));
     EXPECT_EQ(mill.get("rows"), 0);
+}
+
+TEST(ThermalDisplacement, AfterAPartFromWhichNothingWasLearntTheNextOneIsLearntFromByItself) {
+    Milling::Upset abort;
+    abort.abort = true;
+    Mill mill;
+    mill.milling.learn = true;
+    mill.cycle(0, {{2, abort}});
+    mill.milling.learn = false;
+    mill.bench.run(0.1);
+    EXPECT_EQ(mill.get("status-code"), learns_again);
+    EXPECT_EQ(mill.get("detail-code"), 11);
+    mill.cycle(0);
+    EXPECT_TRUE(mill.get("reference-valid"));
+    EXPECT_FALSE(mill.get("learning-failed"));
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << "and no other one";
+
+    mill.milling.learn = true;
+    mill.cycle(12 * um, {{2, abort}});
+    mill.milling.learn = false;
+    mill.cycle(12 * um);
+    EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << "the reference that there is stays";
+
+    Mill other;
+    other.milling.learn = true;
+    other.cycle(0, {{2, abort}});
+    other.milling.learn = false;
+    ++other.milling.setup.program;
+    other.cycle(0);
+    EXPECT_EQ(other.get("rows"), 0) << "of another program";
+}
+
+TEST(ThermalDisplacement, OnlyOnePartMoreIsLearntFromByItself) {
+    Milling::Upset abort;
+    abort.abort = true;
+    Mill mill;
+    mill.milling.learn = true;
+    mill.cycle(0, {{2, abort}});
+    mill.milling.learn = false;
+    mill.cycle(0, {{2, abort}});
+    mill.bench.run(0.1);
+    EXPECT_EQ(mill.get("status-code"), learning_failed);
+    mill.cycle(0);
+    EXPECT_EQ(mill.get("rows"), 0);
+}
+
+TEST(ThermalDisplacement, SaysOnceThatAReferenceIsTooUncertainForTheWork) {
+    for (const double tolerance : {10 * um, 0.5 * um}) {
+        Mill mill;
+        mill.set("work-tolerance", tolerance);
+        mill.learn();
+        EXPECT_EQ(mill.get("poor-load"), tolerance < 1 * um);
+        EXPECT_NEAR(mill.get("reference-sigma"), 0.5 * um, 0.1 * um);
+        mill.cycle(0);
+        EXPECT_FALSE(mill.get("poor-load"));
+    }
+}
+
+TEST(ThermalDisplacement, OfALoadFromWhichNothingIsLearntItSaysHowRoughItIs) {
+    Mill mill;
+    mill.milling.noise = 2;
+    mill.set("gate-floor", 3 * um);
+    mill.set("threshold", 5);
+    mill.learn();
+    EXPECT_EQ(mill.get("detail-code"), 14);
+    EXPECT_GT(mill.get("displacement-sigma"), 3 * um);
+    mill.bench.run(0.1);
+    EXPECT_EQ(mill.get("status-code"), learning_failed) << "another part shows no more";
 }
 
 TEST(ThermalDisplacement, AnEventBeyondTheGateShiftsNothing) {
