@@ -14,7 +14,9 @@
 #include "components/math/blocks/edge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
@@ -253,7 +255,7 @@ private:
                     filter_.learned_by_growth(cycle_.program(), settings);
                 }
                 cycle_.share(filter_.common_sigma(cycle_.program()));
-                asked_ = {};
+                forget_question();
                 if (counts_from_here_) learning_growth_ = std::abs(usual_growth(settings) - usual_growth_);
             }
             reference_sigma_ = judge_references(settings);
@@ -284,7 +286,11 @@ private:
         origin_.step({s.work_offset, s.tool_length, s.tool, s.origin_reason, grown, s.applied_offset}, dt);
         const OriginReason reason = origin_.reason();
         if (reason == OriginReason::none) return;
-        if (origin_.reason_given() && asked_.change != 0) explain(reason);
+        if (origin_.reason_given() && asked_.change != 0) {
+            const bool echo = !asked_.after_shift && filter_.shift_size() != 0;
+            explain(reason);
+            if (echo) filter_.shift_is_corrected();
+        }
         if (origin_.offset_changed()) {
             move_zero(origin_.offset_before(), s.work_offset, reason, 0);
             // A zero replaces changes before it, whatever their reason was.
@@ -314,21 +320,26 @@ private:
 
     // Answers the question of the origin.
     void explain(OriginReason reason) noexcept {
-        const Asked its = std::exchange(asked_, Asked());
+        const Asked its = asked_;
+        forget_question();
         if (ProgramOrigin::differ(its.now.work_offset, its.before.work_offset))
             move_zero(its.before.work_offset, its.now.work_offset, reason, its.in_offset);
         if (ProgramOrigin::differ(its.now.tool_length, its.before.tool_length))
             measure_tool(its.tool, its.now.tool_length, reason, its.in_length);
-        if (filter_.shift_size() != 0) filter_.shift_is_corrected();
+    }
+    void forget_question() noexcept {
+        asked_ = {};
+        evidence_ = {};
     }
 
-    // The contact has another origin than its reference, and nobody has said why. The contact itself shows
-    // whether the work has moved with the zero, or the tool has another length. If not, it is asked.
+    // The contact has another origin than its reference, and nobody has said why. Contacts themselves show
+    // whether the work has moved with the zero, or the tool has another length. If not, it is asked. Until
+    // they have shown it both may be, and the contact is less certain by that.
     void compare_origins(const ContactReference& partner, const Settings& settings) noexcept {
         const Contact &now = finder_.found().contact, &before = partner.contact;
         const double change = now.origin_since(before);
         if (!(std::abs(change) > smallest_change)) {
-            if (asked_.change != 0 && partner.key.tool == asked_.tool) asked_ = {};
+            if (asked_.change != 0 && partner.key.tool == asked_.tool) forget_question();
             return;
         }
         if (before.work_offset == 0 && before.tool_length == 0) {  // a record of before the origin was kept
@@ -339,14 +350,47 @@ private:
             });
             return;
         }
-        asked_ = {change, now, before, partner.key.tool, origin_.in_offset(), origin_.in_length()};
         const double in_program = plumb::growth(settings.method(), now, before);
         const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
         const auto expected = filter_.expected(reading(partner, settings), settings);
-        const double taken_in = zero ? asked_.in_offset : asked_.in_length;
-        const double moved = (in_program - expected.mean + taken_in) / expected.sigma;
+        const double taken_in = zero ? origin_.in_offset() : origin_.in_length();
+        const double moved = (in_program - expected.mean) / expected.sigma;
+        const double with_it = moved + taken_in / expected.sigma;
         const double stood = (in_program + change - expected.mean) / expected.sigma;
-        if (std::abs(moved) < 3 && stood * stood - moved * moved > decisive) explain(OriginReason::zero);
+        const bool outside = std::abs(moved) < std::abs(with_it);  // measured where no growth is
+        const double nearest = outside ? moved : with_it;
+        Evidence& its = evidence(change, zero ? 0 : partner.key.tool);
+        if (std::min(std::abs(nearest), std::abs(stood)) < 3) {
+            its.moved += stood * stood - nearest * nearest;
+            ++its.contacts;
+        }
+        const bool decided = its.contacts >= most_contacts || !(its.moved < decisive);
+        if (its.moved > 0 && !decided) {
+            unmoved_ = 1 / (1 + std::exp(0.5 * its.moved));
+            return;
+        }
+        const bool after_shift = asked_.change != 0 ? asked_.after_shift : filter_.shift_size() != 0;
+        asked_ = {change,     now, before, partner.key.tool, origin_.in_offset(), origin_.in_length(),
+                  after_shift};
+        unmoved_ = 1;
+        if (!(its.moved > 0) || !(std::abs(nearest) < 3)) return;
+        if (outside) asked_.in_offset = asked_.in_length = 0;
+        explain(OriginReason::zero);
+    }
+
+    // Of a change of the zero, with tool 0, or of the length of a tool.
+    struct Evidence {
+        double change = 0;
+        std::int32_t tool = 0;
+        double moved =
+            0;  // twice the logarithm of the ratio of likelihoods, that it has moved to that it stands
+        std::int32_t contacts = 0;
+    };
+    Evidence& evidence(double change, std::int32_t tool) noexcept {
+        for (Evidence& its : evidence_)
+            if (its.tool == tool && !ProgramOrigin::differ(its.change, change)) return its;
+        next_ = (next_ + 1) % evidence_.size();
+        return evidence_[next_] = {change, tool, measured};
     }
 
     // Accepts or rejects the noted contact, unless it is rejected already.
@@ -401,10 +445,12 @@ private:
         if (reason != Rejection::none) return reason;
         if (rises_unlike(now, partner.contact, partner.cycles, harmless(settings)))
             return Rejection::unlike_reference;
+        unmoved_ = unexplained_ = 0;
         if (!cycle_.learning()) compare_origins(partner, settings);
-        growth_ = plumb::growth(settings.method(), now, partner.contact);
-        if (asked_.change != 0) growth_ += now.origin_since(partner.contact);
-        sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact));
+        const double change = now.origin_since(partner.contact);
+        growth_ = plumb::growth(settings.method(), now, partner.contact) + unmoved_ * change;
+        unexplained_ = std::abs(change) * std::sqrt(unmoved_ * (1 - unmoved_));
+        sigma_ = std::hypot(displacement_sigma(now, partner), feed_sigma(now, partner.contact), unexplained_);
         const GrowthFilter::Reading r = reading(partner, settings);
         if (!cycle_.learning()) return filter_.judge(r, settings);
         return filter_.compare(r.growth + (counts_from_here_ ? origin_growth_ : 0), settings);
@@ -430,7 +476,7 @@ private:
         GrowthFilter::Reading r;
         r.growth = growth_;
         r.noise = std::hypot(std::max(finder_.found().contact.sigma, partner.scatter),
-                             feed_sigma(finder_.found().contact, partner.contact));
+                             feed_sigma(finder_.found().contact, partner.contact), unexplained_);
         r.reference_sigma = own_sigma(partner, settings);
         r.step = step_;
         r.feed = finder_.found().contact.feed;
@@ -466,7 +512,7 @@ private:
 
     void forget_growth() noexcept {
         again_ = false;
-        asked_ = {};
+        forget_question();
         filter_.forget();
         tally_.forget();
     }
@@ -477,7 +523,10 @@ private:
     }
 
     static constexpr double smallest_change = 1e-5;  // mu, of an origin
-    static constexpr double decisive = 10;  // twice the logarithm of a ratio of likelihoods, 150 to 1
+    // Twice the logarithms of ratios of likelihoods: 150 to 1, and 7 to 1 for a measurement before any
+    // contact.
+    static constexpr double decisive = 10, measured = 4;
+    static constexpr std::int32_t most_contacts = 4;  // then the likelier one is taken
 
     // A change of the origin without a reason: at a contact of this tool, and at its reference.
     struct Asked {
@@ -485,12 +534,16 @@ private:
         Contact now, before;
         std::int32_t tool = 0;
         double in_offset = 0, in_length = 0;  // mu, growth that it has taken in
+        bool after_shift = false;             // contacts had moved before
     };
 
     ContactFinder finder_;
     ContactCycle cycle_;
     ProgramOrigin origin_;
     Asked asked_;
+    std::array<Evidence, 8> evidence_{};
+    std::size_t next_ = 0;
+    double unmoved_ = 0, unexplained_ = 0;  // of this contact: probability, and mu
     GrowthFilter filter_;
     CycleTally tally_;
     double reference_sigma_ = 0;

@@ -63,11 +63,15 @@ struct OperatorQuestions : hal::Group {
                                                          : OriginReason::none;
     }
 
-    // After reason(). `acknowledged`: one part may be made in spite of a doubt.
+    // After reason(). `acknowledged`: one part may be made in spite of a doubt. One question at a time: while the
+    // origin is asked about, no shift is.
     void answer(GrowthByContact& measured, const DisplacementSettings& settings, std::int32_t tool,
                 bool acknowledged) noexcept {
-        if (growth_.rises(is_growth || given_ == Answer::growth)) measured.shift_is_growth();
-        if (other_.rises(is_not_growth || given_ == Answer::not_growth)) measured.shift_is_not_growth();
+        const bool growth = growth_.rises(is_growth || given_ == Answer::growth);
+        const bool other = other_.rises(is_not_growth || given_ == Answer::not_growth);
+        const bool asks_shift = measured.origin_change() == 0;
+        if (growth && asks_shift) measured.shift_is_growth();
+        if (other && asks_shift) measured.shift_is_not_growth();
         const bool running = measured.cycle().running();
         if (cycle_.changes(running)) {
             if (running)
@@ -87,9 +91,10 @@ struct OperatorQuestions : hal::Group {
 
     void show(const GrowthByContact& measured, const DisplacementSettings& settings, bool applying) noexcept {
         const GrowthFilter& growth = measured.filter();
-        const bool shifted = applying && growth.shift(settings) != Shift::none;
+        const double asked = applying ? measured.origin_change() : 0;
+        const bool shifted = applying && asked == 0 && growth.shift(settings) != Shift::none;
         shift_size = shifted ? growth.shift_size() : 0;
-        origin_change = applying ? measured.origin_change() : 0;
+        origin_change = asked;
         const std::int32_t number = at_doubt;
         const auto then = number == 1 ? AtDoubt::stop : number == 2 ? AtDoubt::call : AtDoubt::go_on;
         const bool asks = applying && open(measured, settings);

@@ -830,6 +830,69 @@ TEST(ThermalDisplacement, AChangedZeroIsExplainedByAPinByM68OrAfterwardsByAnAnsw
     }
 }
 
+// A part every 240 s on a machine that has grown; then the tool is longer and its length as well, or the
+// table is higher and the zero as well. Without the offset in force, it was measured where no growth is.
+TEST(ThermalDisplacement, AToolOrAZeroThatWasMeasuredAnewIsNotAskedAbout) {
+    for (const double moved : {6 * um, 10 * um, 40 * um})
+        for (const bool only_tool : {false, true})
+            for (const bool table : {false, true})
+                for (const bool dry : {false, true}) {
+                    SCOPED_TRACE(std::to_string(1000 * moved) + (only_tool ? " one tool" : "") +
+                                 (table ? " table" : "") + (dry ? " dry" : ""));
+                    if (dry && std::abs(moved) < 15 * um) continue;  // as far as the growth
+                    Mill mill;
+                    mill.set("max-growth-rate", 0.0002);
+                    mill.set("follow-speed", 1);
+                    mill.set("dry-run", dry);
+                    mill.milling.noise = 0.2;
+                    if (only_tool) mill.milling.program = {{10, 1, -20}, {30, 1, -25}};
+                    const auto part = [&](double growth) {
+                        mill.cycle(growth);
+                        mill.bench.run(180);
+                    };
+                    mill.learn();
+                    for (const double growth : {4, 8, 11, 12, 12}) part(growth * um);
+                    (table ? mill.milling.zero : mill.milling.lengths[1]) = moved;
+                    (table ? mill.milling.table : mill.milling.tips[1]) = moved;
+                    for (int n = 0; n < 3; ++n) {
+                        part(12 * um);
+                        EXPECT_NEAR(mill.get("growth-estimate"), 12 * um, 3 * um) << n;
+                        EXPECT_NEAR(mill.offset(), dry ? 0 : 12 * um, 3 * um) << n;
+                        EXPECT_EQ(mill.get("origin-change"), 0) << n;
+                        EXPECT_EQ(mill.get("shift-size"), 0) << n;
+                    }
+                }
+}
+
+// Blanks 30 um higher, and then a depth 8 um lower.
+TEST(ThermalDisplacement, OneQuestionIsAskedAtATimeAndTheOtherOneAfterItsAnswer) {
+    Mill mill;
+    mill.set("max-growth-rate", 0.0002);
+    mill.learn();
+    for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
+    for (int n = 0; n < 3; ++n) mill.cycle(31 * um);
+    EXPECT_EQ(mill.get("status-code"), asks);
+    mill.milling.zero = -8 * um;
+    mill.cycle(31 * um);
+    EXPECT_EQ(mill.get("status-code"), asks_origin);
+    EXPECT_NEAR(mill.get("origin-change"), -8 * um, 0.01 * um);
+    EXPECT_EQ(mill.get("shift-size"), 0) << "one at a time";
+    mill.set("shift-is-growth", 1);
+    mill.bench.run(0.1);
+    EXPECT_EQ(mill.get("status-code"), asks_origin) << "an answer to another question";
+    mill.set("answer", 5);
+    mill.bench.run(0.1);
+    mill.set("answer", 0);
+    mill.bench.run(0.1);
+    EXPECT_EQ(mill.get("origin-change"), 0);
+    EXPECT_EQ(mill.get("status-code"), asks);
+    EXPECT_NEAR(mill.get("shift-size"), 30 * um, 2 * um);
+    mill.set("shift-is-not-growth", 1);
+    for (int n = 0; n < 2; ++n) mill.cycle(31 * um);
+    EXPECT_FALSE(mill.get("doubt"));
+    EXPECT_NEAR(mill.offset(), 1 * um, 2 * um);
+}
+
 // Between the second and the third plunge somebody changes the zero; in the second program each cycle changes
 // to another coordinate system and back, as it did when it was learned.
 TEST(ThermalDisplacement, AZeroThatChangesWithinACycleIsADoubtAndAnotherCoordinateSystemIsNone) {
