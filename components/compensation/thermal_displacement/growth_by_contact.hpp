@@ -156,6 +156,16 @@ public:
         return found;
     }
 
+    // The tool that is asked about alone; 0 for none.
+    std::int32_t asked_tool(const Settings& settings) const noexcept {
+        if (filter_.shift(settings) != Shift::one_tool) return 0;
+        const ContactReferences& references = cycle_.references();
+        for (std::int32_t i = 0; i < references.size(); ++i)
+            if (filter_.displaced(i, references[i].contact.feed) == filter_.shift_size())
+                return references[i].key.tool;
+        return 0;
+    }
+
     // Change of the program's origin that nobody has explained, in mu; 0 for none. Until then the contacts
     // count as if the program had another depth.
     double origin_change() const noexcept { return asked_.change; }

@@ -66,7 +66,8 @@ struct OperatorQuestions : hal::Group {
     // After reason(). `acknowledged`: one part may be made in spite of a doubt. One question at a time: while the
     // origin is asked about, no shift is.
     void answer(GrowthByContact& measured, const DisplacementSettings& settings, std::int32_t tool,
-                bool acknowledged) noexcept {
+                bool acknowledged, double dt) noexcept {
+        age_ = measured.filter().shift_size() != 0 ? age_ + dt : 0;
         const bool growth = growth_.rises(is_growth || given_ == Answer::growth);
         const bool other = other_.rises(is_not_growth || given_ == Answer::not_growth);
         const bool asks_shift = measured.origin_change() == 0;
@@ -94,6 +95,8 @@ struct OperatorQuestions : hal::Group {
         const double asked = applying ? measured.origin_change() : 0;
         const bool shifted = applying && asked == 0 && growth.shift(settings) != Shift::none;
         shift_size = shifted ? growth.shift_size() : 0;
+        shift_tool = shifted ? measured.asked_tool(settings) : 0;
+        shift_age = shifted ? age_ : 0;
         origin_change = asked;
         const std::int32_t number = at_doubt;
         const auto then = number == 1 ? AtDoubt::stop : number == 2 ? AtDoubt::call : AtDoubt::go_on;
@@ -134,6 +137,8 @@ struct OperatorQuestions : hal::Group {
                             "Height of the joint at which a gauge tool has touched a fixed surface."};
     hal::Out<double> shift_size{this, "shift-size", "mu",
                                 "Distance by which contacts moved at once, not by growth; 0 for none."};
+    hal::Out<std::int32_t> shift_tool{this, "shift-tool", "Tool whose contacts alone moved; 0 for none."};
+    hal::Out<double> shift_age{this, "shift-age", "s", "Time since the contacts moved at once."};
     hal::Out<double> origin_change{
         this, "origin-change", "mu",
         "Change of work offset or tool length for which no reason was given; 0 for none."};
@@ -159,6 +164,7 @@ private:
     Answer given_ = Answer::none;
     SurfaceCheck checked_ = SurfaceCheck::none;
     bool passed_ = false, waits_ = false;
+    double age_ = 0;  // s, of a shift
 };
 
 }  // namespace plumb

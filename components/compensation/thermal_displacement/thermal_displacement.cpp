@@ -102,7 +102,7 @@ struct ThermalDisplacement final : hal::Component {
             measured_.acknowledge();
             shown_event_ = true;
         }
-        questions.answer(measured_, contact_, now.tool, acknowledged);
+        questions.answer(measured_, contact_, now.tool, acknowledged, dt);
         GrowthOffset::Wish wish;
         wish.applying = applying;
         wish.known = measured_.known();
@@ -202,6 +202,7 @@ private:
         seen.asks_origin = applying && measured_.origin_change() != 0;
         if (applying) seen.shift = measured_.filter().shift(contact_);
         seen.waits = questions.waits();
+        seen.shift_size = measured_.filter().shift_size();
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();

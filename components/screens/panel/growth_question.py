@@ -2,6 +2,7 @@
 """The questions of thermal_displacement: why contacts have moved at once, and why the origin of the program has changed."""
 
 import re
+import time
 
 from gi.repository import Gtk
 
@@ -43,7 +44,15 @@ class ShiftQuestion(Question):
         size = self._page.get(values, "shift-size", 0.0)
         set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
         set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)) if size else "")
-        self._ask(_("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size)) if size else "", values)
+        self._ask(self._question(values, size) if size else "", values)
+
+    def _question(self, values, size):
+        tool = self._page.get(values, "shift-tool", 0)
+        if not tool:
+            return _("Contacts have moved by {shift} at once. What is it?").format(shift=in_micrometres(size))
+        since = time.strftime("%H:%M", time.localtime(time.time() - self._page.get(values, "shift-age", 0.0)))
+        text = _("Tool {tool} has cut deeper by {shift} since {since}. What is it?") if size > 0 else _("Tool {tool} has cut shallower by {shift} since {since}. What is it?")
+        return text.format(tool=tool, shift=in_micrometres(abs(size)).lstrip("+"), since=since)
 
     def _moves(self, values):
         """Those that come at once."""

@@ -33,10 +33,12 @@ def parts(instance, values, sentence):
 
 
 def filled(instance, values, short):
-    """The value of a pin in a sentence: a code as its sentence, a length in micrometres."""
+    """The value of a pin in a sentence: a code as its sentence, a length in micrometres, a long time in minutes."""
     if short in instance.declared.codes:
         return instance.sentence(values, short)
     value, unit = instance.value(values, short, 0), instance.declared.pin(short).get("unit", "")
+    if unit == "s" and value >= 120:
+        return "%.0f min" % (value / 60)
     return in_micrometres(float(value)).lstrip("+") if unit == "mu" else with_unit(round(value), unit)
 
 

@@ -13,7 +13,8 @@ namespace {
 
 // Of status-code
 constexpr int fault = 1, works = 40, load_lost = 41, learning_failed = 44, no_contact = 51, asks = 53,
-              asks_origin = 54, program_event = 58, held_back = 62, waits = 63, learns_again = 64;
+              asks_origin = 54, asks_of_tool = 56, program_event = 58, held_back = 62, waits = 63,
+              learns_again = 64;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
@@ -862,6 +863,29 @@ TEST(ThermalDisplacement, AToolOrAZeroThatWasMeasuredAnewIsNotAskedAbout) {
                         EXPECT_EQ(mill.get("shift-size"), 0) << n;
                     }
                 }
+}
+
+TEST(ThermalDisplacement, SaysWhichToolHasAnotherLengthSinceWhenAndWhetherItCutsDeeper) {
+    for (const double longer : {30 * um, -30 * um}) {
+        Mill mill;
+        mill.set("max-growth-rate", 0.0002);
+        mill.learn();
+        for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
+        EXPECT_EQ(mill.get("shift-tool"), 0);
+        mill.milling.tips[2] = longer;
+        for (int n = 0; n < 3; ++n) mill.cycle(1 * um);
+        EXPECT_EQ(mill.get("status-code"), asks_of_tool);
+        EXPECT_EQ(mill.get("shift-tool"), 2);
+        EXPECT_NEAR(mill.get("shift-size"), longer, 2 * um);
+        EXPECT_EQ(mill.get("detail-code"), longer > 0 ? 8 : 9);
+        const double age = mill.get("shift-age");
+        mill.bench.run(100);
+        EXPECT_NEAR(mill.get("shift-age") - age, 100, 0.1);
+        mill.set("shift-is-not-growth", 1);
+        mill.bench.run(0.1);
+        EXPECT_EQ(mill.get("shift-tool"), 0);
+        EXPECT_EQ(mill.get("shift-age"), 0);
+    }
 }
 
 // Blanks 30 um higher, and then a depth 8 um lower.

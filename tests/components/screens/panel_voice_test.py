@@ -198,6 +198,19 @@ class Risen(unittest.TestCase):
         self.assertEqual(speaker.say(growth__learnt=False), [])
         self.assertEqual(len(speaker.say(growth__learnt=True)), 1)
 
+    def test_a_tool_that_is_asked_about_is_named_once_with_how_long_it_has_cut_deeper(self):
+        speaker = Speaker(pins_of(DECLARED["thermal_displacement"], "growth"))
+        ((_, text),) = speaker.say(growth__status_code=56, growth__detail_code=8, growth__shift_tool=5, growth__shift_size=0.018, growth__shift_age=840.0)
+        self.assertIn("Tool 5 has cut deeper for 14 min: 18.0 \u00b5m.", text)
+        self.assertEqual(speaker.say(growth__shift_age=1800.0), [])
+
+    def test_a_load_that_shows_z_roughly_is_told_with_how_roughly_and_what_to_do(self):
+        speaker = Speaker(pins_of(DECLARED["thermal_displacement"], "growth"))
+        advice = "This load shows Z only to about 12.0 \u00b5m. Leave it on Measure only, or learn from a steady plunge, not from interrupted milling."
+        self.assertEqual(speaker.say(growth__poor_load=True, growth__reference_sigma=0.012), [("text", "Growth of Z: " + advice)])
+        ((_, text),) = speaker.say(growth__status_code=44, growth__detail_code=14, growth__displacement_sigma=0.012)
+        self.assertIn(advice, text)
+
     def test_a_code_stands_there_as_its_sentence(self):
         speaker = Speaker(pins_of(DECLARED["interlock"], "interlock"))
         ((tell, text),) = speaker.say(interlock__feed_service_lost=True, interlock__waiting_code=12)

@@ -227,6 +227,8 @@ class Window(unittest.TestCase):
         finger.press("It is not growth")
         finger.press("Change the reference")
         finger.until(lambda: self.answers() == {growth, not_growth}, "the other answer")
+        self.show({**asks, "growth.shift-size": -0.018, "growth.shift-tool": 5})
+        finger.await_text("Tool 5 has cut shallower by 18.0 \u00b5m since ")
         self.show({})
         finger.until(lambda: not finger.find("It is growth"), "the end of the question")
 
