@@ -295,6 +295,7 @@ public:
     Shift shift(const Settings& settings) const noexcept {
         return std::abs(shift_size()) > 0.5 * settings.work_tolerance ? open_ : Shift::none;
     }
+    bool has_moved() const noexcept { return claims_ > 0 || open(); }  // a contact at least
     double shift_size() const noexcept { return open_ == Shift::one_tool ? tool_size_ : state_[moved]; }
     double probability() const noexcept { return !open() ? 1 : of_all() ? probability_ : 0; }
     // By which the contacts of a gauge are displaced if a shift is no growth.

@@ -67,7 +67,7 @@ struct OperatorQuestions : hal::Group {
     // origin is asked about, no shift is.
     void answer(GrowthByContact& measured, const DisplacementSettings& settings, std::int32_t tool,
                 bool acknowledged, double dt) noexcept {
-        age_ = measured.filter().shift_size() != 0 ? age_ + dt : 0;
+        age_ = measured.filter().has_moved() ? age_ + dt : 0;
         const bool growth = growth_.rises(is_growth || given_ == Answer::growth);
         const bool other = other_.rises(is_not_growth || given_ == Answer::not_growth);
         const bool asks_shift = measured.origin_change() == 0;

@@ -879,6 +879,7 @@ TEST(ThermalDisplacement, SaysWhichToolHasAnotherLengthSinceWhenAndWhetherItCuts
         EXPECT_NEAR(mill.get("shift-size"), longer, 2 * um);
         EXPECT_EQ(mill.get("detail-code"), longer > 0 ? 8 : 9);
         const double age = mill.get("shift-age");
+        EXPECT_GT(age, 60) << "from the first contact on, not from the question";
         mill.bench.run(100);
         EXPECT_NEAR(mill.get("shift-age") - age, 100, 0.1);
         mill.set("shift-is-not-growth", 1);
