@@ -190,7 +190,10 @@ class Shift(unittest.TestCase):
         statuses = plumb_contacts.plumb.declarations("thermal_displacement")["statuses"]
         for name, status, size in (("higher blanks", "53", 30), ("longer tool", "56", 30), ("another depth", "54", -8)):
             (text,) = seen[name]["messages"]
-            shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + r"(?: Tool 2 has cut deeper for \d+ (?:s|min):)?.* (\u2212?\d+\.\d) µm\. .*If nobody answers, parts go on\..*growth_answer.*|.*", text)
+            unanswered, number = r"If nobody answers, parts go on\.", r"(\u2212?\d+\.\d) µm\."
+            of_tool = r"Tool 2 has cut deeper for \d+ (?:s|min): "
+            said = of_tool + number + " " + unanswered if name == "longer tool" else unanswered + " Size: " + number
+            shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + " " + said + ".*growth_answer.*", text)
             self.assertTrue(shown, text)
             self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=4)
 

@@ -64,8 +64,10 @@ constexpr const char* sentence(DisplacementDetail detail) {
         case D::settings: return "The settings are out of range; the last good ones are used.";
         case D::lost_track:
             return "No contact was accepted in three cycles. Check the machine and learn again.";
-        case D::tool_deeper: return "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}.";
-        case D::tool_shallower: return "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}.";
+        case D::tool_deeper:
+            return "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}. {unanswered-code}";
+        case D::tool_shallower:
+            return "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}. {unanswered-code}";
         default: break;
     }
     if (detail > D::rejection) return sentence(static_cast<Rejection>(number(detail) - number(D::rejection)));

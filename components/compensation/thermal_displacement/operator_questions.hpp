@@ -63,8 +63,8 @@ struct OperatorQuestions : hal::Group {
                                                          : OriginReason::none;
     }
 
-    // After reason(). `acknowledged`: one part may be made in spite of a doubt. One question at a time: while the
-    // origin is asked about, no shift is.
+    // After reason(). `acknowledged`: one part may be made in spite of a doubt. One question at a time: while
+    // the origin is asked about, no shift is.
     void answer(GrowthByContact& measured, const DisplacementSettings& settings, std::int32_t tool,
                 bool acknowledged, double dt) noexcept {
         age_ = measured.filter().has_moved() ? age_ + dt : 0;
