@@ -119,10 +119,11 @@ public:
     }
     const CycleTally& tally() const noexcept { return tally_; }
 
-    // The growth may be applied: the reference is not refused. While it is learned, the growth that is known
-    // stays in force.
+    // The growth may be applied: there is a reference, and it is not refused. While another one is learned,
+    // the growth that is known stays in force.
     bool applicable() const noexcept {
-        return refusal_.reason() == Refusal::none && (refusal_.compares() || !cycle_.running());
+        return cycle_.rows() > 0 && refusal_.reason() == Refusal::none &&
+               (refusal_.compares() || !cycle_.running());
     }
 
     // The last contact, even a rejected one.
@@ -383,7 +384,7 @@ private:
         asked_ = {change,     now, before, partner.key.tool, origin_.in_offset(), origin_.in_length(),
                   after_shift};
         unmoved_ = 1;
-        if (!(its.moved > 0) || !(std::abs(nearest) < 3)) return;
+        if (its.moved < decisive || !(std::abs(nearest) < 3)) return;
         if (outside) asked_.in_offset = asked_.in_length = 0;
         explain(OriginReason::zero);
     }
