@@ -102,8 +102,9 @@ public:
     std::int32_t learnt() const noexcept { return learnt_; }  // cycles in the mean that is still incomplete
 
     // Of the program of this cycle, or of the last one; none if that has none, and program() is -1.
-    const ContactReferences& references() const noexcept {
-        return program_ < 0 ? nothing : lists_[list_[program_]];
+    const ContactReferences& references() const noexcept { return references_of(program_); }
+    const ContactReferences& references_of(std::int32_t program) const noexcept {
+        return program < 0 ? nothing : lists_[list_[program]];
     }
     std::int32_t program() const noexcept { return program_; }
     bool has(const MachiningSetup& setup) const noexcept { return find(setup) >= 0; }
@@ -223,9 +224,9 @@ public:
     void spoil() noexcept { spoilt_ = true; }          // nothing can be learned from this cycle
     void lack_clock() noexcept { clockless_ = true; }  // a contact without a time is not learned
 
-    // A reference was off by a distance, in mu: 0 ≤ i < references().size().
-    void displace(std::int32_t i, double distance) noexcept {
-        lists_[list_[program_]][i].contact.displace(distance);
+    // A reference of a program was off by a distance, in mu: 0 ≤ i < references_of(program).size().
+    void displace(std::int32_t program, std::int32_t i, double distance) noexcept {
+        lists_[list_[program]][i].contact.displace(distance);
     }
     void refuse_feed(bool refused) noexcept {
         if (program_ >= 0) lists_[list_[program_]].feed_differed = refused;

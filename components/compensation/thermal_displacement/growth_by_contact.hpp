@@ -141,8 +141,8 @@ public:
     void shift_is_growth() noexcept { filter_.shift_is_growth(); }
     void shift_is_not_growth() noexcept {
         if (filter_.shift_size() == 0 || cycle_.learning()) return;
-        for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
-            cycle_.displace(i, filter_.displaced(i, cycle_.references()[i].contact.feed));
+        for (std::int32_t i = 0; i < asked_references().size(); ++i)
+            cycle_.displace(filter_.program(), i, filter_.displaced(i, asked_references()[i].contact.feed));
         filter_.shift_is_corrected();
     }
 
@@ -150,8 +150,8 @@ public:
     SurfaceCheck check(double height, std::int32_t tool, const Settings& settings) noexcept {
         if (cycle_.learning()) return SurfaceCheck::unknown;
         bool asked = false;
-        for (std::int32_t i = 0; i < cycle_.references().size(); ++i)
-            asked |= cycle_.references()[i].key.tool == tool && filter_.asks_of_tool(i);
+        for (std::int32_t i = 0; i < asked_references().size(); ++i)
+            asked |= asked_references()[i].key.tool == tool && filter_.asks_of_tool(i);
         const SurfaceCheck found = filter_.check(height, tool, asked, settings);
         if (found == SurfaceCheck::is_no_growth) shift_is_not_growth();
         return found;
@@ -160,7 +160,7 @@ public:
     // The tool that is asked about alone; 0 for none.
     std::int32_t asked_tool(const Settings& settings) const noexcept {
         if (filter_.shift(settings) != Shift::one_tool) return 0;
-        const ContactReferences& references = cycle_.references();
+        const ContactReferences& references = asked_references();
         for (std::int32_t i = 0; i < references.size(); ++i)
             if (filter_.displaced(i, references[i].contact.feed) == filter_.shift_size())
                 return references[i].key.tool;
@@ -200,6 +200,11 @@ public:
 private:
     static constexpr std::int32_t seldom = 16;    // periods
     static constexpr double longest_wait = 0.05;  // s
+
+    // Those that a question is about; another program may run.
+    const ContactReferences& asked_references() const noexcept {
+        return cycle_.references_of(filter_.program());
+    }
 
     // The growth as it is now, before its contact is judged.
     void predict(const Sample& s, const Settings& settings) noexcept {

@@ -249,6 +249,7 @@ public:
         have_common(program, sigma);
         program_ = program;
     }
+    std::int32_t program() const noexcept { return program_; }  // that a question is about
     double common_sigma(std::int32_t program) const noexcept { return common_sigma_[program]; }
 
     // All gauges have new references; the growth stays known.

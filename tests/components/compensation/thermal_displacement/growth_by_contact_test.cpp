@@ -46,8 +46,7 @@ struct Shop {
             Milling::Sample sample = true_sample;
             tamper(sample);
             const double offset = unit * mill.offset;
-            if (measured.step(GrowthByContact::judged(sample), used, mill.dt) ==
-                Event::accepted) {
+            if (measured.step(GrowthByContact::judged(sample), used, mill.dt) == Event::accepted) {
                 accepted.push_back(measured.growth() / unit);
                 target = measured.growth();
             }
@@ -274,7 +273,8 @@ TEST(GrowthByContact, ReportsThatNoContactCounts) {
 
 TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
     for (const Method method : {Method::coordinate, Method::time})
-        for (const bool growth : {false, true}) {
+        for (const int answer : {0, 1, 2}) {
+            const bool growth = answer == 1, elsewhere = answer == 2;
             Shop shop;
             shop.used = settings(method);
             shop.used.unexplained_growth = 6 * um;
@@ -288,10 +288,13 @@ TEST(GrowthByContact, AShiftBeyondTheGateIsAskedAboutAndAnswered) {
             EXPECT_LT(std::abs(found.offset() - before), 3 * um + 5 * um)
                 << "a part of 3 um is not worse by 5";
             EXPECT_FALSE(shop.measured.tally().lost_track());
+            shop.mill.setup.program += elsewhere;
+            if (elsewhere) shop.cycle(53 * um);  // a program without a reference
             if (growth)
                 shop.measured.shift_is_growth();
             else
                 shop.measured.shift_is_not_growth();
+            shop.mill.setup.program -= elsewhere;
             for (int n = 0; n < 3; ++n) shop.cycle(53 * um);
             EXPECT_EQ(found.shift(shop.used), Shift::none);
             EXPECT_NEAR(shop.measured.filter().growth(), (growth ? 53 : 3) * um, 1 * um);
