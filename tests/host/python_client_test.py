@@ -227,7 +227,7 @@ class Declarations(unittest.TestCase):
         self.assertEqual(declared["name"], "thermal_displacement")
         self.assertEqual(declared["pins"]["window"]["default"], 0.5)
         self.assertIn("update", declared["functions"])
-        self.assertEqual(sorted(declared["codes"]), ["detail-code", "status-code"])
+        self.assertEqual(sorted(declared["codes"]), ["check-code", "detail-code", "status-code", "unanswered-code"])
         statuses = {str(code): text for code, text in declared["codes"]["status-code"].items()}
         self.assertEqual(statuses, {code: its["sentence"] for code, its in declared["statuses"].items()})
         for texts in declared["codes"].values():

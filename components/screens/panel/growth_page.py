@@ -101,7 +101,7 @@ class GrowthPage(FunctionPage):
     def _learn(self):
         def question():
             values = self.panel.guard.values()
-            text = _("Learn from the next part? With the first program the machine must be cold: the growth counts from there. Later the known growth is subtracted.")
+            text = _("Learn from the next part? The machine must be cold while no growth is known: it counts from there. Growth that is known is subtracted.")
             rows, moves = self.get(values, "rows"), effects.effect(self.panel.machine, [Write(self.instance, "learn", "1")], values)
             if rows:
                 text += " " + _("A kept reference of this program is replaced; {count} contacts are kept.").format(count=rows)
