@@ -99,7 +99,7 @@ def write_signals(path, pairs, ripple):
     # The chip of an end mill grows over its first revolution; a step takes the period in which it comes.
     grows = REVOLUTION if ripple else PERIOD
     pins = ["drive.cutting-power", "drive.idle"]
-    pins += ["growth." + pin for pin in ("cycle-running", "cycle-complete", "learn", "motion-type", "z-velocity-cmd", "z-position")]
+    pins += ["growth." + pin for pin in ("cycle-running", "cycle-complete", "learn", "forget", "motion-type", "z-velocity-cmd", "z-position")]
     rapid, feed = 1, 2
     contacts = []
     begin = 3.0  # when the load of the start is forgotten
@@ -121,7 +121,7 @@ def write_signals(path, pairs, ripple):
                 (end + ABOVE, 0, False, rapid),
             ):
                 z = FEED * (contact - time) if motion == feed else 1
-                row = (cut, idle, int(running), int(not running), int(learn), motion, -FEED if motion == feed else 0, z)
+                row = (cut, idle, int(running), int(not running), int(learn), int(learn and time < begin), motion, -FEED if motion == feed else 0, z)
                 file.write(f"{time:.9f}," + ",".join(f"{value:.12g}" for value in row) + "\n")
             contacts.append(contact)
             begin = end + ABOVE + 0.2

@@ -54,13 +54,9 @@ bool dashed_lower(const std::string& name) {
     });
 }
 
-// It ends with a period, or with the sentence of a code.
 bool sentence(const std::string& text) {
-    static const std::string code = "-code}";
-    const bool ends = text.size() > code.size() &&
-                      (text.back() == '.' || text.compare(text.size() - code.size(), code.size(), code) == 0);
-    return ends && text.find('\n') == std::string::npos && text.find(' ') != std::string::npos &&
-           !std::islower(static_cast<unsigned char>(text.front()));
+    return text.size() > 5 && text.back() == '.' && text.find('\n') == std::string::npos &&
+           text.find(' ') != std::string::npos && !std::islower(static_cast<unsigned char>(text.front()));
 }
 
 bool has_output(const hal::Declarations& declared, const std::string& name) {

@@ -103,7 +103,7 @@ class Operator:
         self.machine.run("setup.ngc")
         finger.until(self.learns_part, "the reference")
         self.until("growth.learn", False)
-        seen["reference"] = finger.await_text("Valid, of")
+        seen["reference"] = finger.await_text("Valid, with")
         self.host.set("growth.load-valid", False)
         seen["load lost"] = finger.await_text("The load is lost: its sensor reports no valid value.")
         finger.press("Overview")

@@ -21,8 +21,6 @@ enum class DisplacementDetail : std::int32_t {
     approach,
     settings,
     lost_track,
-    tool_deeper,
-    tool_shallower,
     learning_fault = 10,
     refusal = 20,
     rejection = 30,
@@ -64,10 +62,6 @@ constexpr const char* sentence(DisplacementDetail detail) {
         case D::settings: return "The settings are out of range; the last good ones are used.";
         case D::lost_track:
             return "No contact was accepted in three cycles. Check the machine and learn again.";
-        case D::tool_deeper:
-            return "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}. {unanswered-code}";
-        case D::tool_shallower:
-            return "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}. {unanswered-code}";
         default: break;
     }
     if (detail > D::rejection) return sentence(static_cast<Rejection>(number(detail) - number(D::rejection)));
@@ -179,7 +173,7 @@ constexpr hal::Said said(DisplacementStatus status) {
         case S::asks_of_tool:
             return doubted(
                 "The contacts of one tool moved at once, others did not: the offset leaves that out.",
-                "Another tool? Answer on the panel, by growth_answer or check_growth.", "detail-code");
+                "Another tool? Answer on the panel, by growth_answer or check_growth.", "unanswered-code");
         case S::asks_of_feeds:
             return doubted(
                 "The contacts moved in proportion to their feeds: the offset harms no part either way.",
@@ -223,7 +217,6 @@ struct DisplacementSeen {
     Rejection rejection{};  // of the last contact
     Doubt doubt{};          // the load, a shift and the origin have statuses of their own
     Shift shift{};          // without an answer
-    double shift_size = 0;  // mu
     bool enabled = false, load_valid = true;
     bool learning = false, will_learn = false, learns_again = false;
     bool has_reference = false, has_rows = false;  // has_reference: for this program
@@ -279,13 +272,10 @@ inline DisplacementStatus status_of(const DisplacementSeen& its) noexcept {
 // As urgent as the statuses that name it. A learning cycle has its own rejections.
 inline DisplacementDetail detail_of(const DisplacementSeen& its) noexcept {
     const bool failed = its.learning_fault != LearningFault{} && !its.learning;
-    return hal::first<DisplacementDetail>(
-        {{its.fault != DisplacementDetail{}, its.fault},
-         {failed, detail(its.learning_fault)},
-         {its.refusal != Refusal{}, detail(its.refusal)},
-         {its.shift == Shift::one_tool && !its.asks_origin,
-          its.shift_size > 0 ? DisplacementDetail::tool_deeper : DisplacementDetail::tool_shallower},
-         {true, detail(its.rejection)}});
+    return hal::first<DisplacementDetail>({{its.fault != DisplacementDetail{}, its.fault},
+                                           {failed, detail(its.learning_fault)},
+                                           {its.refusal != Refusal{}, detail(its.refusal)},
+                                           {true, detail(its.rejection)}});
 }
 
 }  // namespace plumb

@@ -15,16 +15,27 @@ namespace plumb {
 // What is done while a doubt is open, until somebody answers or acknowledges.
 enum class AtDoubt : std::int32_t { go_on, stop, call };
 
-// at-doubt, from 1 on.
+// at-doubt, from 1 on; of one tool that cuts deeper from 4 on, shallower from 7 on.
 enum class Unanswered : std::int32_t { none };
 
 constexpr const char* sentence(Unanswered unanswered) {
-    switch (static_cast<AtDoubt>(static_cast<std::int32_t>(unanswered) - 1)) {
-        case AtDoubt::go_on: return "If nobody answers, parts go on.";
-        case AtDoubt::stop: return "If nobody answers, the next part waits.";
-        case AtDoubt::call: return "If nobody answers, parts go on, and the machine calls.";
-        default: return nullptr;
-    }
+    constexpr const char* texts[] = {
+        "If nobody answers, parts go on.",
+        "If nobody answers, the next part waits.",
+        "If nobody answers, parts go on, and the machine calls.",
+        "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}. If nobody answers, parts go on.",
+        "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}. If nobody answers, the next part "
+        "waits.",
+        "Tool {shift-tool} has cut deeper for {shift-age}: {shift-size}. If nobody answers, parts go on, and "
+        "the machine calls.",
+        "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}. If nobody answers, parts go on.",
+        "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}. If nobody answers, the next part "
+        "waits.",
+        "Tool {shift-tool} has cut shallower for {shift-age}: {shift-size}. If nobody answers, parts go on, "
+        "and the machine calls.",
+    };
+    const auto number = static_cast<std::int32_t>(unanswered);
+    return number >= 1 && number <= 9 ? texts[number - 1] : nullptr;
 }
 
 constexpr const char* sentence(SurfaceCheck check) {
@@ -95,7 +106,8 @@ struct OperatorQuestions : hal::Group {
         const double asked = applying ? measured.origin_change() : 0;
         const bool shifted = applying && asked == 0 && growth.shift(settings) != Shift::none;
         shift_size = shifted ? growth.shift_size() : 0;
-        shift_tool = shifted ? measured.asked_tool(settings) : 0;
+        shift_tool_ = shifted ? measured.asked_tool(settings) : 0;
+        shift_tool = shift_tool_;
         shift_age = shifted ? age_ : 0;
         origin_change = asked;
         const std::int32_t number = at_doubt;
@@ -105,7 +117,8 @@ struct OperatorQuestions : hal::Group {
         waits_ = doubts && then == AtDoubt::stop;
         wait = waits_;
         call = doubts && then == AtDoubt::call;
-        unanswered = static_cast<Unanswered>(asks ? static_cast<std::int32_t>(then) + 1 : 0);
+        const std::int32_t of_tool = shift_tool_ == 0 ? 0 : growth.shift_size() > 0 ? 3 : 6;
+        unanswered = static_cast<Unanswered>(asks ? static_cast<std::int32_t>(then) + 1 + of_tool : 0);
         check_due = measured.known() && (!growth.has_surface() || growth.shift(settings) != Shift::none);
         check_code = checked_;
         check_news = checked_ != SurfaceCheck::none && checked_ != SurfaceCheck::growth;
@@ -165,6 +178,7 @@ private:
     SurfaceCheck checked_ = SurfaceCheck::none;
     bool passed_ = false, waits_ = false;
     double age_ = 0;  // s, of a shift
+    std::int32_t shift_tool_ = 0;
 };
 
 }  // namespace plumb

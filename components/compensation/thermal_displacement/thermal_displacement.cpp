@@ -202,7 +202,6 @@ private:
         seen.asks_origin = applying && measured_.origin_change() != 0;
         if (applying) seen.shift = measured_.filter().shift(contact_);
         seen.waits = questions.waits();
-        seen.shift_size = measured_.filter().shift_size();
         seen.known = measured_.known();
         seen.bounded = offset_.limited();
         seen.interlock = status.of_interlock();

@@ -2,7 +2,7 @@
 """Thousands of cycles, each upset by something: is a contact accepted beyond the gate, and do all counts agree?
 
 Each drawn machine makes a part a minute; every cycle but those that are learned from has an event, of any kind. Where
-an edited program makes thermal_displacement refuse the reference, the next cycle is learned from, as an operator would
+an edited program has no reference, the next cycle is learned from, as an operator would
 have it. The truth pins of the mill and the program show for each approach whether the tool met the work; from that
 and the reference follow the right verdict on each contact, and the right value of every counter. Lengths are in um,
 times in s.
@@ -33,6 +33,7 @@ EDITED = 11  # the event; a program that has been edited stays so, but that is n
 
 # Of detail-code
 REFUSED_LEARNING = (14, 15)  # a poor load, and contacts that disagree
+PROGRAMS = 8  # that have references
 UNEXPECTED = 33  # of a contact that is counted as unexpected, and not as rejected
 BLANKED = 31
 BEFORE_PAIRING = (31, 39, 40)  # a contact that is rejected so may have no partner as well
@@ -118,9 +119,9 @@ class Ledger:
         self._recording = recording
         self._approaches = {}  # by cycle and key
         self._complaints = []
-        self._growth = {}  # at the contacts of the reference, by key
+        self._growth = {}  # at the contacts of each program's reference, by key: where the growth counts from
+        self._rows = {}  # references of each program, the one first that has not run for the longest time
         self._draft = {}  # ... of the cycle that is being learned from
-        self._program = None  # of the reference
         self._learnt = 0
         self._blanked = 0  # contacts before another one in their approach
         self._dropped = 0  # contacts of the reference that were not learned
@@ -161,7 +162,7 @@ class Ledger:
         key = int(now["operation"]), int(now["occurrence"])
         approach = self._approaches.setdefault((now["cycle"], key), Approach(int(now["cycle"]), key))
         event = int(now["event"])
-        approach.event = approach.event or (0 if event == EDITED and now["program"] == self._program else event)
+        approach.event = approach.event or (0 if event == EDITED and now["program"] in self._growth else event)
         approach.learning = bool(now["learn"])
         return approach
 
@@ -193,7 +194,9 @@ class Ledger:
 
     def _begin(self, now):
         self._draft = {}
-        refused = bool(self._growth) and not now["learn"] and now["program"] != self._program
+        refused = bool(self._growth) and not now["learn"] and now["program"] not in self._growth
+        if now["program"] in self._rows:
+            self._rows[now["program"]] = self._rows.pop(now["program"])
         if refused != bool(now["refused"]):
             self._complain(now, "the reference is refused" if now["refused"] else "the reference is not refused")
 
@@ -217,14 +220,15 @@ class Ledger:
         if now["refused"] and approach.verdict != "rejected":
             self._complain(now, f"{approach.verdict} though the reference is refused")
         judged_before = approach.code in (*BEFORE_PAIRING, *HIDING)
-        expected = approach.key not in self._growth and not judged_before
+        reference = self._growth.get(now["program"], {})
+        expected = approach.key not in reference and not judged_before
         dropped = self._dropped > 0 and approach.verdict == "unexpected"
         if not now["refused"] and not dropped and (approach.verdict == "unexpected") != expected:
             self._complain(now, f"{approach.verdict}, which contradicts the reference")
         if approach.verdict == "rejected" and approach.code not in set(rejections()) - {UNEXPECTED}:
             self._complain(now, f"rejected by a code without a name, {approach.code}")
         if approach.verdict == "accepted":
-            growth = now["growth"] - self._growth.get(approach.key, np.nan)
+            growth = now["growth"] - reference.get(approach.key, np.nan)
             approach.error = now["estimate"] - growth
             worse = abs(approach.error) - abs(now["before"]["offset"] - growth)
             approach.excess = worse - now["before"]["gate"] - 3 * now["sigma"]
@@ -244,7 +248,7 @@ class Ledger:
                 approach.unseen = "the cycle ended"
         found = {approach.key for approach in approaches if approach.found}
         compared = now["complete"] and not now["learn"] and not now["before"]["refused"]
-        expected = len(set(self._growth) - found) if compared else 0
+        expected = len(set(self._growth.get(now["program"], {})) - found) if compared else 0
         missed = now["missed"] - now["before"]["missed"]
         if not expected - self._dropped <= missed <= expected:
             self._complain(now, f"{missed:.0f} contacts missed, not {expected}")
@@ -256,10 +260,18 @@ class Ledger:
             self._complain(now, "learning failed" if now["failed"] else "learning did not fail")
         if not now["failed"]:
             self._learnt += 1
-            self._growth, self._program = self._draft, now["program"]
-            self._dropped = len(self._draft) - now["rows"]  # too poor to be learned, which the recording does not show
+            program, first = now["program"], next(iter(self._growth.values()), None)
+            # Later references are less by the growth that is known: they count from where the first one does.
+            self._growth[program] = self._draft if first is None else dict.fromkeys(self._draft, np.mean(list(first.values())))
+            self._rows.pop(program, None)
+            if len(self._rows) == PROGRAMS:
+                self._growth.pop(next(iter(self._rows)))
+                self._rows.pop(next(iter(self._rows)))
+            rows = now["rows"] - sum(self._rows.values())
+            self._rows[program] = rows
+            self._dropped = len(self._draft) - rows  # too poor to be learned, which the recording does not show
             if self._dropped < 0:
-                self._complain(now, f"{now['rows']:.0f} references of {len(self._draft)} contacts learned")
+                self._complain(now, f"{rows:.0f} references of {len(self._draft)} contacts learned")
 
 
 def simulate(seed, cycles, progress):

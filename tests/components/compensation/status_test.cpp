@@ -357,7 +357,7 @@ TEST(DisplacementDetail, OneSentenceForEachCauseThatIsTheSame) {
         if (const char* const text = sentence(static_cast<DisplacementDetail>(number))) {
             EXPECT_TRUE(sentences.insert(text).second) << text;
         }
-    EXPECT_EQ(sentences.size(), 31u);
+    EXPECT_EQ(sentences.size(), 29u);
 }
 
 TEST(DisplacementStatus, KeptRowsSendNobodyToLearn) {

@@ -877,7 +877,7 @@ TEST(ThermalDisplacement, SaysWhichToolHasAnotherLengthSinceWhenAndWhetherItCuts
         EXPECT_EQ(mill.get("status-code"), asks_of_tool);
         EXPECT_EQ(mill.get("shift-tool"), 2);
         EXPECT_NEAR(mill.get("shift-size"), longer, 2 * um);
-        EXPECT_EQ(mill.get("detail-code"), longer > 0 ? 8 : 9);
+        EXPECT_EQ(mill.get("unanswered-code"), longer > 0 ? 4 : 7);
         const double age = mill.get("shift-age");
         EXPECT_GT(age, 60) << "from the first contact on, not from the question";
         mill.bench.run(100);
