@@ -184,8 +184,8 @@ class Shift(unittest.TestCase):
         for name in ("higher table, probed", "higher blanks, answered", "another depth, answered", "touched off", "tool touched off"):
             its = seen[name]
             self.assertEqual((its["doubt"], its["shift-size"], its["origin-change"], its["accepted"], its["messages"]), (0, 0, 0, 5, []), name)
-        self.assertAlmostEqual(seen["higher blanks"]["shift-size"], 30 * um, delta=4 * um)
-        self.assertAlmostEqual(seen["longer tool"]["shift-size"], 30 * um, delta=4 * um)
+        for name in ("higher blanks", "longer tool"):  # against the growth, which is as uncertain as above
+            self.assertAlmostEqual(seen[name]["shift-size"], 30 * um, delta=6 * um, msg=name)
         self.assertAlmostEqual(seen["another depth"]["origin-change"], -8 * um, delta=0.01 * um)
         statuses = plumb_contacts.plumb.declarations("thermal_displacement")["statuses"]
         for name, status, size in (("higher blanks", "53", 30), ("longer tool", "56", 30), ("another depth", "54", -8)):
@@ -195,7 +195,7 @@ class Shift(unittest.TestCase):
             said = of_tool + number + " " + unanswered if name == "longer tool" else unanswered + " Size: " + number
             shown = re.fullmatch(re.escape("Growth of Z: " + statuses[status]["sentence"]) + " " + said + ".*growth_answer.*", text)
             self.assertTrue(shown, text)
-            self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=4)
+            self.assertAlmostEqual(float(shown[1].replace("\u2212", "-")), size, delta=6)
 
     def test_a_probed_tool_setter_answers_whether_contacts_have_moved_by_growth(self):
         codes = {name: its["check-code"] for name, its in self.facts["checked"].items()}
