@@ -200,7 +200,7 @@ class Risen(unittest.TestCase):
 
     def test_a_tool_that_is_asked_about_is_named_once_with_how_long_it_has_cut_deeper(self):
         speaker = Speaker(pins_of(DECLARED["thermal_displacement"], "growth"))
-        ((_, text),) = speaker.say(growth__status_code=56, growth__detail_code=8, growth__shift_tool=5, growth__shift_size=0.018, growth__shift_age=840.0)
+        ((_, text),) = speaker.say(growth__status_code=56, growth__unanswered_code=4, growth__shift_tool=5, growth__shift_size=0.018, growth__shift_age=840.0)
         self.assertIn("Tool 5 has cut deeper for 14 min: 18.0 \u00b5m.", text)
         self.assertEqual(speaker.say(growth__shift_age=1800.0), [])
 
