@@ -131,10 +131,10 @@ public:
         learning_ = learn;
         setup_ = setup;
         program_ = find(setup);
-        if (program_ >= 0) begun_[program_] = number_;
         spoilt_ = clockless_ = rose_twice_ = false;
         doubted_ = {};
         ++number_;
+        if (program_ >= 0) begun_[program_] = number_;
         kinds_ = 0;
         met_.fill(false);
         draft().clear();
@@ -147,8 +147,8 @@ public:
     };
 
     // The cycle has ended. Only a complete and unspoilt learning cycle with a contact is learned from, and
-    // the last of `wanted` such cycles gives a reference, in place of that of the program, or of the program
-    // that has not run for the longest time; until then the one before stays. The number of
+    // the last of `wanted` such cycles gives a reference. It replaces the reference of the same program, or
+    // of the program that has not run for the longest time; until then the former one stays. The number of
     // missed contacts is 0 for an incomplete cycle. Contacts that LearningCheck refuses are not learned, and
     // another cycle is asked for; if they disagree there too, the others are learned alone.
     Ended end(bool complete, Method method, std::int32_t wanted, double largest_sigma) noexcept {
@@ -353,8 +353,8 @@ constexpr const char* sentence(Refusal refusal) {
     }
 }
 
-// Whether the references may be used, judged as a cycle begins. A cycle in which all contacts came with
-// another feed or override refuses those of its program, until that is acknowledged or learned again.
+// Whether the references may be used, judged as a cycle begins. If all contacts of a cycle came with another
+// feed or override, the references of its program are refused until somebody acknowledges or learns again.
 class ReferenceRefusal {
 public:
     Refusal reason() const noexcept { return reason_; }

@@ -149,7 +149,7 @@ public:
               settings.max_correction))
             return Rejection::too_large;
         if (std::abs(r.step) > 0 && std::abs(error / r.step - 1) < 0.5) {
-            withdrawn_ |= bit(r.gauge);  // nearer to the step than to rest: an event of the program
+            withdrawn_[program_] |= bit(r.gauge);  // nearer to the step than to rest: an event of the program
             return Rejection::withdrawn;
         }
         const double noise2 = squared(r.noise) + scatter2_, moved2 = unforeseen(settings);
@@ -162,8 +162,8 @@ public:
             known_ ? possible && std::abs(error) <= by_test(all2, settings) && !claimed(error, noise2, all2)
                    : std::abs(error) <= settings.floor;
         seen_[r.gauge] = r.cycle;
-        // Half of what seats and blanks show is the change from contact to contact: errors that keep their
-        // sign are growth.
+        // Seats and blanks change the error from contact to contact; growth keeps its sign. So the change
+        // counts as much as the error.
         const double change = (error - std::exchange(error_, error)) / std::sqrt(2.0);
         const double apart = std::hypot(error, change) / std::sqrt(2.0);
         if (known_ && settings.by_speed) learn_scatter(apart, all2, settings);
@@ -203,7 +203,7 @@ public:
     // The growth is known from here on.
     void begin_at(double growth, double sigma, const Settings& settings) noexcept {
         if (!started_) start(settings);
-        surfaces_.fill({});  // growth counts anew
+        surfaces_.fill({});  // their heights contain the growth of another origin
         state_[bias] += growth - if_shift();
         covariance_.row(bias).setZero();
         covariance_.col(bias).setZero();
@@ -223,12 +223,14 @@ public:
     // The contacts to come are compared with the references of a program, 0 ≤ program < most_programs.
     void use(std::int32_t program) noexcept {
         if (program == program_) return;
-        renew_gauges();
         program_ = program;
+        change_gauges();
     }
     // These were learned in parts that the offset has followed: less growth() each.
     void learned_by_growth(std::int32_t program, const Settings& settings) noexcept {
         const double answers = sigma_of_answers();
+        if (likely_growth()) take_as_growth();  // the references are less by growth()
+        program_ = program;
         renew_gauges();
         covariance_(bias, bias) += since2(settings);
         since_ = 0;
@@ -240,26 +242,21 @@ public:
         covariance_.row(common + program).head(used_) = error.transpose();
         covariance_.col(common + program).head(used_) = error;
         have_common(program, std::hypot(std::sqrt(variance()), answers));
-        program_ = program;
     }
     // ... or where the growth was 0, by begin_at(); or they are restored. `sigma`, in mu, is shared by all.
     void have_references(std::int32_t program, double sigma) noexcept {
+        program_ = program;
         renew_gauges();
         forget_state(common + program, 0);
         have_common(program, sigma);
-        program_ = program;
     }
     std::int32_t program() const noexcept { return program_; }  // that a question is about
     double common_sigma(std::int32_t program) const noexcept { return common_sigma_[program]; }
 
-    // All gauges have new references; the growth stays known.
+    // All gauges of the program have new references; the growth stays known.
     void renew_gauges() noexcept {
-        used_ = first_gauge;
-        slots_.fill(-1);
-        seen_.fill(never);
-        withdrawn_ = 0;
-        claims_ = 0;
-        close();
+        withdrawn_[program_] = 0;
+        change_gauges();
     }
     void forget() noexcept { started_ = known_ = false; }
 
@@ -290,7 +287,7 @@ public:
         return settings.expected_growth * driven_;
     }
 
-    bool withdrawn(std::int32_t gauge) const noexcept { return withdrawn_ & bit(gauge); }
+    bool withdrawn(std::int32_t gauge) const noexcept { return withdrawn_[program_] & bit(gauge); }
 
     // The question that is open, if it matters to the work, and its distance.
     Shift shift(const Settings& settings) const noexcept {
@@ -477,7 +474,8 @@ private:
 
     // A machine in an unknown state.
     void start(const Settings& s) noexcept {
-        renew_gauges();
+        withdrawn_.fill(0);
+        change_gauges();
         started_ = true;
         known_ = doubtful_ = false;
         by_speed_ = s.by_speed;
@@ -499,6 +497,14 @@ private:
         last_ = age_ = part_ = offset_ = error_ = 0;
         accepted_ = 0;
         doubt_ = Doubt::none;
+    }
+
+    void change_gauges() noexcept {
+        used_ = first_gauge;
+        slots_.fill(-1);
+        seen_.fill(never);
+        claims_ = 0;
+        close();
     }
 
     void have_common(std::int32_t program, double sigma) noexcept {
@@ -736,7 +742,7 @@ private:
                  : asked == Shift::one_tool           ? Doubt::contradiction
                  : asked == Shift::by_feed            ? Doubt::shift_by_feed
                  : asked != Shift::none               ? Doubt::shift
-                 : withdrawn_ != 0                    ? Doubt::program_event
+                 : withdrawn_[program_] != 0          ? Doubt::program_event
                  : m.barren                           ? Doubt::missed
                  : !doubtful_                         ? Doubt::none
                  : accepted_ == 0                     ? Doubt::unknown
@@ -773,7 +779,7 @@ private:
     double tool_size_ = 0, probability_ = 1;  // of the question
     double fastest_ = -1;                     // mu/s
     std::array<Surface, most_surfaces> surfaces_{};
-    std::uint64_t withdrawn_ = 0;
+    std::array<std::uint64_t, most_programs> withdrawn_{};  // gauges of each program
     Edge silence_;
     double error_ = 0;  // of the last contact
     double age_ = 0, part_ = 0, offset_ = 0, held_ = 0, left_ = 1;

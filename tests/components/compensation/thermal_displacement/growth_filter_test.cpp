@@ -470,6 +470,36 @@ TEST(GrowthFilter, AnotherProgramKnowsTheGrowthAndNotTheWearOfTheTools) {
     }
 }
 
+TEST(GrowthFilter, AWithdrawnGaugeStaysWithdrawnWhenItsProgramReturns) {
+    Machine machine;
+    machine.cycles(3, 0, 0, 0);
+    machine.begin();
+    ASSERT_EQ(machine.contact(2, 20 * um, 20 * um), Rejection::withdrawn);
+    machine.filter.use(1);
+    EXPECT_FALSE(machine.filter.withdrawn(2)) << "of another program";
+    machine.filter.use(0);
+    EXPECT_TRUE(machine.filter.withdrawn(2));
+    machine.filter.learned_by_growth(0, machine.settings);
+    EXPECT_FALSE(machine.filter.withdrawn(2)) << "it was learned again";
+}
+
+TEST(GrowthFilter, LearningUnderAQuestionKeepsTheGrowthThatIsSubtracted) {
+    bool likely = false, unlikely = false;
+    for (double size = 6 * um; size < 40 * um; size += 1 * um) {
+        Machine machine;
+        machine.cycles(3, 0, 0, 0);
+        machine.step(300);  // growth has had time
+        machine.cycles(1, size, size, size);
+        if (machine.filter.shift(machine.settings) == Shift::none) continue;
+        (machine.filter.probability() > 0.5 ? likely : unlikely) = true;
+        const double subtracted = machine.filter.growth();
+        machine.filter.learned_by_growth(1, machine.settings);
+        EXPECT_NEAR(machine.filter.growth(), subtracted, 1e-12) << size;
+        EXPECT_GT(machine.filter.common_sigma(1), 0.4 * size) << "the other answer counts";
+    }
+    EXPECT_TRUE(likely && unlikely);
+}
+
 TEST(GrowthFilter, AContactOfAnEarlierProgramCorrectsTheGrowthOfALaterOne) {
     Machine machine;
     machine.noise = 2 * um;
