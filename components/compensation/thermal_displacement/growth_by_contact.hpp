@@ -368,7 +368,19 @@ private:
         }
         const double in_program = plumb::growth(settings.method(), now, before);
         const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
-        const auto expected = filter_.expected(reading(partner, settings), settings);
+        const GrowthFilter::Reading r = reading(partner, settings);
+        const auto expected = filter_.expected(r, settings);
+        const double left_out = filter_.displaced(r.gauge, r.feed);
+        const bool asked =
+            left_out != 0 && (zero ? filter_.probability() > 0 : filter_.asks_of_tool(r.gauge));
+        if (asked && std::abs(left_out) > 3 * expected.sigma &&
+            std::abs(in_program - (expected.mean - left_out)) < 3 * expected.sigma) {
+            // What had shifted was measured anew.
+            asked_ = {change, now, before, partner.key.tool};
+            explain(OriginReason::zero);
+            filter_.shift_is_corrected();
+            return;
+        }
         const double taken_in = zero ? origin_.in_offset() : origin_.in_length();
         const double moved = (in_program - expected.mean) / expected.sigma;
         const double with_it = moved + taken_in / expected.sigma;

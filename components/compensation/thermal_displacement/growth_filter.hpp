@@ -162,11 +162,7 @@ public:
             known_ ? possible && std::abs(error) <= by_test(all2, settings) && !claimed(error, noise2, all2)
                    : std::abs(error) <= settings.floor;
         seen_[r.gauge] = r.cycle;
-        // Seats and blanks change the error from contact to contact; growth keeps its sign. So the change
-        // counts as much as the error.
-        const double change = (error - std::exchange(error_, error)) / std::sqrt(2.0);
-        const double apart = std::hypot(error, change) / std::sqrt(2.0);
-        if (known_ && settings.by_speed) learn_scatter(apart, all2, settings);
+        if (known_ && settings.by_speed) learn_scatter(error, all2, r.cycle, settings);
         double more2 = moved2, unseen = 0;  // growth that the model does not know: variance, and a distance
         if (!fits) {
             const bool confirmed = claim({error, noise2, r.feed, r.gauge, r.of_tool, r.cycle});
@@ -300,11 +296,11 @@ public:
     double displaced(std::int32_t gauge, double feed) const noexcept {
         return weight_of(feed) * state_[moved] + (gauge >= 0 && gauge < most_gauges ? of_gauge_[gauge] : 0);
     }
-    // The answers. As growth it is applied; else the references were corrected by displaced().
+    // The answers. As growth it is applied; else the references were corrected by displaced(). A shift of one
+    // tool is no growth: others stand.
     void shift_is_growth() noexcept {
-        if (!open()) return;
-        if (of_all()) take_as_growth();
-        close();
+        if (!of_all()) return;
+        take_as_growth();
         answered_ = true;
     }
     void shift_is_corrected() noexcept {
@@ -417,7 +413,7 @@ private:
     static constexpr double of_change = 0.35;     // of K, growth by a change of speed: 292, 73; 291, 82
     static constexpr double rough = 1.5;    // of contact-repeatability, at the start: 1 288, 88; 2 291, 72
     static constexpr double test = 3.5;     // standard deviations: 3 307, 55; 4 284, 89
-    static constexpr double rare = 3;       // standard deviations: 2.5 285, 100; 3.5 300, 63
+    static constexpr double rare = 3.25;    // standard deviations: 2.5 285, 100; 3.5 300, 63
     static constexpr double decided = 0.9;  // probability of growth from which nobody is asked
     static constexpr double least = 0.3;    // ... of a question: 0.1 290, 80
     static constexpr double answer = 0.95;  // probability of an answer at which a fixed surface gives it
@@ -494,7 +490,7 @@ private:
         scatter2_ = squared((s.by_speed ? rough : 1) * s.repeatability);
         scatter_contacts_ = 5;
         since_ = since_part_ = 60;
-        last_ = age_ = part_ = offset_ = error_ = 0;
+        last_ = age_ = part_ = offset_ = error_ = error_before_ = 0;
         accepted_ = 0;
         doubt_ = Doubt::none;
     }
@@ -580,11 +576,14 @@ private:
         covariance.noalias() -= doubt * (doubt / sum).transpose();
     }
 
-    // The more of the expected error is of all else, the less the error shows of seats and blanks.
-    void learn_scatter(double error, double all2, const Settings& s) noexcept {
+    // Seats and blanks change the error from part to part, growth keeps its sign: so the change counts. The
+    // more of the expected error is of all else, the less the error shows of them.
+    void learn_scatter(double error, double all2, std::int32_t cycle, const Settings& s) noexcept {
+        if (std::exchange(part_number_, cycle) != cycle) error_before_ = error_;
+        error_ = error;
         const double shows = squared(scatter2_ / all2);
         scatter_contacts_ = std::min(scatter_contacts_ + shows, 20.0);
-        const double seen2 = std::min(squared(error) - (all2 - scatter2_), 16 * scatter2_);
+        const double seen2 = std::min(error * (error - error_before_) - (all2 - scatter2_), 16 * scatter2_);
         scatter2_ += shows / scatter_contacts_ * (seen2 - scatter2_);
         scatter2_ = std::max(scatter2_, squared(0.5 * s.repeatability));
     }
@@ -691,10 +690,16 @@ private:
     }
 
     void shift_tool(std::uint64_t tool, double size) noexcept {
-        for (std::int32_t i = 0; i < most_gauges; ++i)
-            if (tool & bit(i)) of_gauge_[i] += size;
+        const bool small = squared(tool_size_ + size) <= squared(test) * claims_list_[0].noise2;
+        bool back = false;  // the tool that is asked about has the length of before
+        for (std::int32_t i = 0; i < most_gauges; ++i) {
+            if (!(tool & bit(i))) continue;
+            back |= open_ == Shift::one_tool && of_gauge_[i] == tool_size_ && small;
+            of_gauge_[i] += size;
+        }
         claims_ = 0;
-        if (open()) return;  // one question at a time
+        if (back) close();
+        if (back || open()) return;  // one question at a time
         open_ = Shift::one_tool;
         tool_size_ = size;
     }
@@ -781,7 +786,8 @@ private:
     std::array<Surface, most_surfaces> surfaces_{};
     std::array<std::uint64_t, most_programs> withdrawn_{};  // gauges of each program
     Edge silence_;
-    double error_ = 0;  // of the last contact
+    double error_ = 0, error_before_ = 0;  // of the last contact, and the last one of an earlier part
+    std::int32_t part_number_ = never;     // of the last contact
     double age_ = 0, part_ = 0, offset_ = 0, held_ = 0, left_ = 1;
     std::int32_t accepted_ = 0;  // contacts since nothing was known
     Doubt doubt_ = Doubt::none;

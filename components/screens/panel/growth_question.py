@@ -20,7 +20,8 @@ class Question(Gtk.Box):
     def __init__(self, page, *answers):
         super().__init__(orientation=Gtk.Orientation.VERTICAL)
         self._page, self._words = page, label("", "warn")
-        its = row(*[grow(column(button(name, answer, name=name), effect, spacing=4)) for name, answer, effect in answers], spacing=16)
+        self._columns = [grow(column(button(name, answer, name=name), effect, spacing=4)) for name, answer, effect in answers]
+        its = row(*self._columns, spacing=16)
         its.set_homogeneous(True)
         self._card = card(self._words, its)
         self.pack_start(self._card, True, True, 0)
@@ -40,9 +41,16 @@ class ShiftQuestion(Question):
         self._effects = {pin: label("", "soft") for pin in (NOT_GROWTH, GROWTH)}
         super().__init__(page, (_("It is not growth"), self._is_not_growth, self._effects[NOT_GROWTH]), (_("It is growth"), self._is_growth, self._effects[GROWTH]))
 
+        self._as_growth = self._columns[1]
+        self._as_growth.show_all()
+        self._as_growth.set_no_show_all(True)
+
     def show_question(self, values):
         size = self._page.get(values, "shift-size", 0.0)
-        set_text(self._effects[NOT_GROWTH], _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
+        of_tool = bool(self._page.get(values, "shift-tool", 0))
+        set_text(self._effects[NOT_GROWTH], _("The tool has another length. The reference follows, and the tool cuts as now: measure the tool to correct the depth.")
+                 if of_tool else _("Work, zero, tool or drive have changed. The reference follows, and Z does not move."))
+        self._as_growth.set_visible(not of_tool)  # the other tools stand
         set_text(self._effects[GROWTH], _("The spindle has grown. {effect}").format(effect=self._effect(values)) if size else "")
         self._ask(self._question(values, size) if size else "", values)
 

@@ -87,6 +87,13 @@ struct Mill {
         milling.learn = false;
     }
 
+    // The cycle is aborted in its third plunge.
+    void abort(double growth = 0) {
+        Milling::Upset upset;
+        upset.abort = true;
+        cycle(growth, {{2, upset}});
+    }
+
     // Returns the offset that the stage applies, in mm.
     std::function<double(double)> stage = [](double offset) { return offset; };
     Milling milling{};
@@ -282,12 +289,10 @@ TEST(ThermalDisplacement, ALearningPartThatFailsChangesNothing) {
     for (int n = 0; n < 3; ++n) mill.cycle(34 * um);
     const double offset = mill.offset(), estimate = mill.get("growth-estimate");
     ASSERT_NEAR(offset, 34 * um, 1 * um);
-    Milling::Upset abort;
-    abort.abort = true;
     for (const int program : {7, 8}) {
         mill.milling.setup.program = program;
         mill.milling.learn = true;
-        mill.cycle(34 * um, {{2, abort}});
+        mill.abort(34 * um);
         mill.milling.learn = false;
         EXPECT_TRUE(mill.get("learning-failed"));
         EXPECT_NEAR(mill.get("growth-estimate"), estimate, 0.1 * um);
@@ -321,20 +326,16 @@ TEST(ThermalDisplacement, AReferenceIsNoMoreCertainThanTheGrowthThatItSubtracts)
 TEST(ThermalDisplacement, AnAbortedLearningCycleIsNoReference) {
     Mill mill;
     mill.milling.learn = true;
-    Milling::Upset abort;
-    abort.abort = true;
-    mill.cycle(0, {{2, abort}});
+    mill.abort();
     EXPECT_FALSE(mill.get("reference-valid"));
     EXPECT_TRUE(mill.get("learning-failed"));
     EXPECT_EQ(mill.get("rows"), 0);
 }
 
 TEST(ThermalDisplacement, AfterAPartFromWhichNothingWasLearntTheNextOneIsLearntFromByItself) {
-    Milling::Upset abort;
-    abort.abort = true;
     Mill mill;
     mill.milling.learn = true;
-    mill.cycle(0, {{2, abort}});
+    mill.abort();
     mill.milling.learn = false;
     mill.bench.run(0.1);
     EXPECT_EQ(mill.get("status-code"), learns_again);
@@ -346,14 +347,14 @@ TEST(ThermalDisplacement, AfterAPartFromWhichNothingWasLearntTheNextOneIsLearntF
     EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << "and no other one";
 
     mill.milling.learn = true;
-    mill.cycle(12 * um, {{2, abort}});
+    mill.abort(12 * um);
     mill.milling.learn = false;
     mill.cycle(12 * um);
     EXPECT_NEAR(mill.offset(), 12 * um, 1 * um) << "the reference that there is stays";
 
     Mill other;
     other.milling.learn = true;
-    other.cycle(0, {{2, abort}});
+    other.abort();
     other.milling.learn = false;
     ++other.milling.setup.program;
     other.cycle(0);
@@ -361,13 +362,11 @@ TEST(ThermalDisplacement, AfterAPartFromWhichNothingWasLearntTheNextOneIsLearntF
 }
 
 TEST(ThermalDisplacement, OnlyOnePartMoreIsLearntFromByItself) {
-    Milling::Upset abort;
-    abort.abort = true;
     Mill mill;
     mill.milling.learn = true;
-    mill.cycle(0, {{2, abort}});
+    mill.abort();
     mill.milling.learn = false;
-    mill.cycle(0, {{2, abort}});
+    mill.abort();
     mill.bench.run(0.1);
     EXPECT_EQ(mill.get("status-code"), learning_failed);
     mill.cycle(0);
@@ -887,6 +886,30 @@ TEST(ThermalDisplacement, SaysWhichToolHasAnotherLengthSinceWhenAndWhetherItCuts
         EXPECT_EQ(mill.get("shift-tool"), 0);
         EXPECT_EQ(mill.get("shift-age"), 0);
     }
+}
+
+TEST(ThermalDisplacement, TheQuestionAboutAToolEndsAsTheToolIsMeasured) {
+    for (const double longer : {12 * um, 30 * um, -30 * um})
+        for (const bool told : {false, true}) {
+            SCOPED_TRACE(std::to_string(1000 * longer) + (told ? " told" : ""));
+            Mill mill;
+            mill.set("max-growth-rate", 0.0002);
+            mill.learn();
+            for (int n = 0; n < 3; ++n) mill.cycle(3 * um);
+            mill.milling.tips[2] = longer;
+            for (int n = 0; n < 3; ++n) mill.cycle(3 * um);
+            ASSERT_EQ(mill.get("status-code"), asks_of_tool);
+            mill.milling.lengths[2] = longer;
+            if (told) mill.set("answer", 3);
+            for (int n = 0; n < 4; ++n) {
+                mill.cycle(3 * um);
+                mill.set("answer", 0);
+                EXPECT_NEAR(mill.get("growth-estimate"), 3 * um, 2 * um) << n;
+            }
+            EXPECT_EQ(mill.get("status-code"), works);
+            EXPECT_EQ(mill.get("shift-size"), 0);
+            EXPECT_EQ(mill.get("origin-change"), 0);
+        }
 }
 
 // Blanks 30 um higher, and then a depth 8 um lower.

@@ -229,6 +229,10 @@ class Window(unittest.TestCase):
         finger.until(lambda: self.answers() == {growth, not_growth}, "the other answer")
         self.show({**asks, "growth.shift-size": -0.018, "growth.shift-tool": 5})
         finger.await_text("Tool 5 has cut shallower by 18.0 \u00b5m since ")
+        finger.until(lambda: not finger.find("It is growth"), "only the answer that is possible")
+        self.assertTrue(finger.find("It is not growth"))
+        self.show(asks)
+        finger.until(lambda: finger.find("It is growth"), "both answers for all tools")
         self.show({})
         finger.until(lambda: not finger.find("It is growth"), "the end of the question")
 

@@ -451,6 +451,10 @@ TEST(GrowthFilter, ALongerToolIsAskedAboutAndMovesNothing) {
     EXPECT_EQ(machine.filter.shift(machine.settings), Shift::one_tool);
     EXPECT_NEAR(machine.filter.shift_size(), 30 * um, 1 * um);
     EXPECT_NEAR(machine.filter.growth(), 0, 1 * um);
+    machine.filter.shift_is_growth();
+    EXPECT_EQ(machine.filter.shift(machine.settings), Shift::one_tool) << "the others stand: it is no answer";
+    machine.cycles(4, 0, 0, 30 * um);
+    EXPECT_NEAR(machine.filter.shift_size(), 30 * um, 1 * um);
     machine.filter.renew_gauges();
     EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none) << "it was learned again";
 }
@@ -534,6 +538,19 @@ TEST(GrowthFilter, BeyondTheGateNothingIsGrowthHoweverOftenItIsClaimed) {
     }
     EXPECT_EQ(machine.filter.offset(), 0);
     EXPECT_EQ(machine.filter.shift(machine.settings), Shift::all);
+}
+
+// The speed does not explain it, so that all of it shows in the errors of the contacts.
+TEST(GrowthFilter, GrowthInEachPartIsNoScatter) {
+    Machine machine;
+    Random random(3);
+    for (int n = 1; n <= 30; ++n) {
+        machine.begin();
+        machine.contact(0, 3 * um * std::clamp(n - 5, 0, 20) + 0.5 * um * random.gaussian());
+    }
+    EXPECT_NEAR(machine.filter.offset(), 60 * um, 3 * um);
+    EXPECT_LT(machine.filter.apart(), 3 * um);
+    EXPECT_EQ(machine.filter.shift(machine.settings), Shift::none);
 }
 
 TEST(GrowthFilter, ContactsThatScatterMoreThanTheirNoiseWidenSigma) {
