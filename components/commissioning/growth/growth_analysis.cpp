@@ -175,7 +175,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
 
 void identify_law(GrowthAnalysis& analysis) {
     try {
-        analysis.identified = growth_identified(course_of(*analysis.log));
+        analysis.identified = growth_identified({course_of(*analysis.log)});
     } catch (const std::runtime_error& error) {
         const std::string reason = error.what(), file = analysis.log->file + ": ";
         analysis.not_identified = reason.rfind(file, 0) == 0 ? reason.substr(file.size()) : reason;

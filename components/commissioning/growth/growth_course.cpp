@@ -19,7 +19,7 @@
 namespace plumb::commissioning {
 namespace {
 
-constexpr double smoothing = 60;  // s, of axis_growth
+constexpr double smoothing = 20;  // s, of axis_growth
 
 GrowthSamples smoothed(const GrowthSamples& samples) {
     GrowthSamples result;

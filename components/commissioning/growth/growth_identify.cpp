@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "components/commissioning/growth/growth_law_search.hpp"
+#include "components/math/growth/coverage_factor.hpp"
 #include "components/math/growth/growth_law.hpp"
 
 namespace plumb::commissioning {
@@ -28,29 +29,41 @@ std::string line(const std::string& pin, double value) {
 std::string GrowthIdentified::sentence(int axis) const {
     const Axis& its = axes[static_cast<std::size_t>(axis)];
     const char letter = "XYZ"[axis];
-    char text[200];
-    if (its.probed)
-        std::snprintf(text, sizeof text,
-                      "%c: drift %.1f um rms; the law leaves %.1f um, and %.1f um of duties it did not see%s",
-                      letter, its.drift * 1e3, its.rest * 1e3, its.predicted_rest * 1e3,
-                      its.used ? "" : ": not used, as it does not help");
-    else
+    char text[300];
+    if (!its.probed)
         std::snprintf(text, sizeof text, "%c: was not measured", letter);
+    else if (!std::isfinite(its.predicted_rest))
+        std::snprintf(
+            text, sizeof text,
+            "%c: drift %.1f um rms; not corrected, as the test is too short to predict a part of it", letter,
+            its.drift * 1e3);
+    else if (!its.used)
+        std::snprintf(text, sizeof text,
+                      "%c: drift %.1f um rms; not corrected, as no temperature predicts the later part of "
+                      "the test: %.1f um without a law, %.1f um with the best temperature",
+                      letter, its.drift * 1e3, its.none_rest * 1e3, its.line_rest * 1e3);
+    else
+        std::snprintf(text, sizeof text,
+                      "%c: drift %.1f um rms; the law leaves %.1f um of %s that it did not see, and no law "
+                      "%.1f um",
+                      letter, its.drift * 1e3, its.predicted_rest * 1e3,
+                      days > 1 ? "days" : "parts of the test", its.none_rest * 1e3);
     return text;
 }
 
-GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdentifyOptions& options) {
-    const GrowthObservations data = growth_observations(course, options);
+GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
+                                   const GrowthIdentifyOptions& options) {
+    const GrowthObservations data = growth_observations(days, options);
     const AxisLaws laws = best_laws(data, options.speed_exponent);
-    const double unit = course.millimetres;
+    const double unit = days.front().millimetres;
     GrowthIdentified result;
+    result.days = days.size();
     std::string& lines = result.lines;
     result.sensors.resize(GrowthLaw::sensors);
 
     // The sensors that a law reads, by their number in axis_growth.
-    std::map<int, const GrowthCourse::Sensor*> numbered;
-    int structure = -1;
-    const auto number_of = [&](const GrowthCourse::Sensor& sensor) {
+    std::map<int, const GrowthObservations::Sensor*> numbered;
+    const auto number_of = [&](const GrowthObservations::Sensor& sensor) {
         for (const auto& [number, its] : numbered)
             if (its->name == sensor.name) return number;
         const int number = sensor.number >= 0 ? sensor.number : static_cast<int>(numbered.size());
@@ -65,40 +78,30 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
         const IdentifiedGrowth& found = law.found;
         GrowthIdentified::Axis& its = result.axes[axis];
         its.probed = true;
-        bool certain = law.form.slope;
-        for (Index i = 0; i < found.value.size(); ++i)
-            certain |= std::abs(found.value[i]) > determined * std::sqrt(found.covariance(i, i));
-        its.used = std::isfinite(law.score) && certain && found.predicted_rest < 0.8 * found.drift;
+        its.used = law.form.terms() > 0;
         its.drift = found.drift;
         its.rest = found.rest;
         its.predicted_rest = found.predicted_rest;
-        its.floor = found.floor;
-        its.share = found.share;
+        its.none_rest = law.none;
+        its.line_rest = law.line;
+        its.scale = found.scale;
         its.slope = law.form.slope;
         its.speed = law.form.speed;
         const std::string prefix = options.instance + '.' + "xyz"[axis] + '-';
-        // What is not compensated is as uncertain as it is large.
-        const double floor = its.used ? found.floor : found.drift;
-        lines += line(prefix + "sigma", std::max(floor, value_sigma) / unit);
+        double rest = std::isfinite(found.predicted_rest) ? found.predicted_rest : found.drift;
+        // Without a law a few blocks are all that shows how large the drift of another day may be.
+        if (!its.used) rest *= coverage_factor(std::max<double>(found.block_rests.size(), 1)) / 2;
+        lines += line(prefix + "sigma", std::max(rest, value_sigma) / unit);
         for (Index s = 0; s < law.growth.size(); ++s) {
-            const bool common = s == static_cast<Index>(law.form.sensors.size());
-            const GrowthCourse::Sensor& sensor =
-                common ? *data.structure : data.sensors[law.form.sensors[static_cast<std::size_t>(s)]];
-            const int n = number_of(sensor);
-            if (common) structure = n;
-            const std::string number = std::to_string(n);
-            const double unused = its.used ? 0 : law.growth[s];
-            if (its.used) lines += line(prefix + "growth-" + number, law.growth[s] / unit);
-            lines += line(prefix + "growth-sigma-" + number, std::hypot(law.growth_sigma[s], unused) / unit);
-            if (!its.used) continue;
+            const auto& sensor = data.sensors[law.form.sensors[static_cast<std::size_t>(s)]];
+            const std::string number = std::to_string(number_of(sensor));
+            lines += line(prefix + "growth-" + number, law.growth[s] / unit);
+            lines += line(prefix + "growth-sigma-" + number, law.growth_sigma[s] / unit);
             if (law.form.slope) lines += line(prefix + "slope-" + number, law.slope[s]);
-            its.terms.push_back(
-                {common ? "all sensors together" : sensor.name, law.growth[s], law.growth_sigma[s]});
+            its.terms.push_back({sensor.name, law.growth[s], law.growth_sigma[s]});
         }
-        if (!its.used) continue;
         if (law.form.slope) {
             lines += line(prefix + "pivot", law.pivot / unit);
-            lines += line(prefix + "travel", law.travel / unit);
         }
         if (law.form.speed) {
             lines += line(prefix + "speed-growth", law.by_speed / unit);
@@ -109,20 +112,16 @@ GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdent
     if (!numbered.empty())
         lines +=
             "# Load axis_growth with sensors=" + std::to_string(numbered.rbegin()->first + 1) + " or more\n";
-    lines += line(options.instance + ".structure", structure);
-    if (data.structure) result.structure = data.structure->name;
     for (const auto& [number, sensor] : numbered) {
         const std::string its = std::to_string(number);
         lines += "# " + sensor->name + "\n";
-        lines += line(options.instance + ".reference-" + its, data.reference(*sensor));
-        if (number == structure) continue;
+        lines += line(options.instance + ".reference-" + its, sensor->reference(0));
         double low = 0, high = 0;
-        for (const auto& sample : sensor->samples) {
-            if (sample.first < data.cold) continue;
-            const double rise = data.rise(*sensor, sample.first);
-            low = std::min(low, rise);
-            high = std::max(high, rise);
-        }
+        for (const GrowthSamples& day : sensor->days)
+            for (const auto& [time, value] : day) {
+                low = std::min(low, value - sensor->reference(0));
+                high = std::max(high, value - sensor->reference(0));
+            }
         lines += line(options.instance + ".rise-low-" + its, low);
         lines += line(options.instance + ".rise-high-" + its, high);
     }
@@ -160,10 +159,16 @@ nlohmann::json growth_identified_json(const GrowthIdentified& found) {
         nlohmann::json terms = nlohmann::json::array();
         for (const GrowthIdentified::Term& term : its.terms)
             terms.push_back({{"name", term.name}, {"value_mm", term.value}, {"uncertainty_mm", term.sigma}});
-        all["axes"][std::string(1, "XYZ"[axis])] = {
-            {"drift_mm", its.drift}, {"rest_mm", its.rest},   {"predicted_rest_mm", its.predicted_rest},
-            {"used", its.used},      {"slope", its.slope},    {"speed", its.speed},
-            {"terms", terms},        {"floor_mm", its.floor}, {"share", its.share}};
+        all["axes"][std::string(1, "XYZ"[axis])] = {{"drift_mm", its.drift},
+                                                    {"rest_mm", its.rest},
+                                                    {"predicted_rest_mm", its.predicted_rest},
+                                                    {"none_rest_mm", its.none_rest},
+                                                    {"line_rest_mm", its.line_rest},
+                                                    {"scale", its.scale},
+                                                    {"used", its.used},
+                                                    {"slope", its.slope},
+                                                    {"speed", its.speed},
+                                                    {"terms", terms}};
     }
     return all;
 }

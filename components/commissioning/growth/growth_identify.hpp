@@ -14,29 +14,31 @@ namespace plumb::commissioning {
 struct GrowthIdentifyOptions {
     std::string instance = "axis-growth";
     std::string artifact = "artifact";  // name of the sensor of the artifact, whose own expansion is left out
-    std::string structure;  // name of the sensor of the structure, "none", or empty for the most typical
-    std::vector<std::string> sensors;  // names; all but the artifact's if empty
-    bool speed = true;                 // the spindle speed may be a term
+    std::string air = "air";            // name of the sensor of the air, which no law follows closely
+    std::vector<std::string> sensors;   // names; all but the artifact's if empty
+    bool speed = true;                  // the spindle speed may be a term
     double speed_exponent = 1.7;
 };
 
 // The law of a machine, as settings of axis_growth. Lengths are millimetres.
 struct GrowthIdentified {
     struct Term {
-        std::string name;             // "spindle", "all sensors together", "speed"
+        std::string name;             // "spindle", "speed"
         double value = 0, sigma = 0;  // mm/K; of the speed mm
     };
     struct Axis {
         bool probed = false;
-        bool used = false;  // its law leaves less than 0.8 of the drift in duties that it did not see
-        double drift = 0, rest = 0, predicted_rest = 0;  // rms; predicted_rest of duties that were left out
-        bool slope = false, speed = false;               // terms of the law
-        double floor = 0, share = 0;                     // of that rest: a constant, and a part of each term
+        bool used = false;           // the law predicts blocks better than no law does
+        double drift = 0, rest = 0;  // rms, of the fit
+        // rms of blocks that the laws predicted: by this law, by none, by a line over one temperature
+        double predicted_rest = 0, none_rest = 0, line_rest = 0;
+        double scale = 0;                   // standard uncertainty of the size of the law, as a part
+        bool slope = false, speed = false;  // terms of the law
         std::vector<Term> terms;
     };
     std::array<Axis, 3> axes;
+    std::size_t days = 0;
     std::vector<std::string> sensors;  // by their number in axis_growth; empty where the law reads none
-    std::string structure;             // its sensor; empty without one
     std::string lines;                 // setp, and comments
 
     // One for each axis, with its letter.
@@ -44,7 +46,9 @@ struct GrowthIdentified {
 };
 
 // Throws std::runtime_error with the file and the reason.
-GrowthIdentified growth_identified(const GrowthCourse& course, const GrowthIdentifyOptions& options = {});
+// `days`: of one machine, in the order of time.
+GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
+                                   const GrowthIdentifyOptions& options = {});
 
 // The text of a settings file: the setp lines, and as comments the remaining drift and the terms of each
 // axis.

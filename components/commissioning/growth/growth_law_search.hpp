@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The search tries each law on the duties that its fit left out, and chooses for each axis the law that predicts them best.
+// The search tries each law on the blocks that follow those of its fit. A law of several terms is chosen for
+// an axis only where it predicts better than no law and than a line over one temperature, in each block.
 #pragma once
 
 #include "components/commissioning/growth/growth_observations.hpp"
@@ -23,7 +24,7 @@ struct LawForm {
     bool slope = false, speed = false;
     double turning = 600, stopped = 2400;
 
-    int terms() const { return static_cast<int>(sensors.size()) * (slope ? 2 : 1); }
+    int terms() const { return static_cast<int>(sensors.size()) * (slope ? 2 : 1) + (speed ? 1 : 0); }
 };
 
 struct AxisLaw {
@@ -31,9 +32,9 @@ struct AxisLaw {
     LawForm form;
     double score = std::numeric_limits<double>::infinity();
     double pivot = 0, travel = 0;
-    // By sensor of the form, and last of the structure if there is one.
-    Eigen::VectorXd growth, growth_sigma, slope;
+    Eigen::VectorXd growth, growth_sigma, slope;  // by sensor of the form
     double by_speed = 0, speed_sigma = 0;
+    double none = 0, line = 0;  // mm, what no law and the best line leave of the blocks
 };
 
 using AxisLaws = std::array<std::optional<AxisLaw>, 3>;

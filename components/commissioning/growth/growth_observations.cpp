@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -17,162 +16,138 @@ namespace {
 constexpr double least_warming = 1;  // K
 constexpr double lasts = 1800;       // s, for which a residual of slow growth lasts
 constexpr int least_speeds = 3;      // that tell the exponent of the speed
-constexpr int duties = 5;            // into which the course is cut
-constexpr std::size_t most_values = 250;
+constexpr int blocks = 5;            // into which a day is cut
+constexpr std::size_t most_values = 1000;
 
-double range_of(const GrowthCourse::Sensor& sensor) {
-    const auto [low, high] =
-        std::minmax_element(sensor.samples.begin(), sensor.samples.end(),
-                            [](const auto& a, const auto& b) { return a.second < b.second; });
+double range_of(const GrowthSamples& samples) {
+    const auto [low, high] = std::minmax_element(
+        samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     return high->second - low->second;
 }
 
 // How many speeds the spindle has had for a tenth of the time each. Two show no exponent.
-int speeds_of(const GrowthCourse& course) {
+int speeds_of(const std::vector<GrowthCourse>& days) {
     std::map<int, double> times;  // by steps of a fifth
     double all = 0;
-    for (std::size_t i = 1; i < course.speeds.size(); ++i) {
-        const auto& [time, speed] = course.speeds[i - 1];
-        const double length = course.speeds[i].first - time, size = std::abs(speed);
-        times[size < 1 ? -1 : static_cast<int>(std::lround(std::log(size) / std::log(1.2)))] += length;
-        all += length;
-    }
+    for (const GrowthCourse& course : days)
+        for (std::size_t i = 1; i < course.speeds.size(); ++i) {
+            const auto& [time, speed] = course.speeds[i - 1];
+            const double length = course.speeds[i].first - time, size = std::abs(speed);
+            times[size < 1 ? -1 : static_cast<int>(std::lround(std::log(size) / std::log(1.2)))] += length;
+            all += length;
+        }
     return static_cast<int>(
         std::count_if(times.begin(), times.end(), [&](const auto& its) { return its.second >= 0.1 * all; }));
 }
 
-// The sensor from which the others differ least: of the body that most of them share.
-std::size_t most_typical(const GrowthObservations& data) {
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < data.sensors.size(); ++i) {
-        std::vector<double> distances;
-        for (std::size_t j = 0; j < data.sensors.size(); ++j) {
-            if (i == j) continue;
-            double mean = 0, square = 0;
-            for (const auto& value : data.values) {
-                const double d = value_at(data.sensors[i].samples, value.time) -
-                                 value_at(data.sensors[j].samples, value.time);
-                mean += d, square += d * d;
-            }
-            const auto count = static_cast<double>(data.values.size());
-            distances.push_back(std::sqrt(std::max(0.0, square / count - std::pow(mean / count, 2))));
-        }
-        const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-        std::nth_element(distances.begin(), middle, distances.end());
-        // Of two the one that moves less.
-        const double size = *middle + 1e-3 * range_of(data.sensors[i]);
-        if (size >= least) continue;
-        least = size;
-        best = i;
-    }
-    return best;
+// The block of each value of a course: a fifth of its length.
+std::vector<int> blocks_of(const std::vector<GrowthCourse::Value>& values) {
+    const double begin = values.front().time, span = values.back().time - begin;
+    std::vector<int> result;
+    for (const auto& value : values)
+        result.push_back(std::min(static_cast<int>((value.time - begin) / span * blocks), blocks - 1));
+    return result;
 }
 
-// Stretches of the course, cut where the speed changes.
-void cut_into_duties(GrowthObservations& data) {
-    const double begin = data.values.front().time, span = data.values.back().time - begin;
-    double since = begin, before = begin;
-    int duty = 0;
-    for (const auto& value : data.values) {
-        const auto changes = [&] {
-            double last = std::numeric_limits<double>::quiet_NaN();
-            for (const auto& [time, speed] : data.course->speeds) {
-                if (time > value.time) break;
-                if (time > before && std::abs(speed - last) > 0.1 * std::abs(last)) return true;
-                last = speed;
-            }
-            return false;
-        };
-        const double length = value.time - since;
-        const bool apart = value.time > before;
-        if (apart && (length >= span / duties || (length >= 0.8 * span / duties && changes()))) {
-            ++duty;
-            since = value.time;
-        }
-        before = value.time;
-        data.duty.push_back(duty);
-    }
-}
-
-void weigh(GrowthObservations& data) {
-    const auto count = data.values.size();
-    data.weight.assign(count, 0);
-    for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-        while (end < count && data.values[end].pass == data.values[begin].pass) ++end;
-        const double gap = begin > 0 ? data.values[begin].time - data.values[begin - 1].time : lasts;
-        const double length = data.values[end - 1].time - data.values[begin].time;
+// Values that follow each other within half an hour count as one observation.
+std::vector<double> weights_of(const std::vector<GrowthCourse::Value>& values) {
+    std::vector<double> result(values.size(), 0);
+    for (std::size_t begin = 0, end = 0; begin < values.size(); begin = end) {
+        while (end < values.size() && values[end].pass == values[begin].pass) ++end;
+        const double gap = begin > 0             ? values[begin].time - values[begin - 1].time
+                           : end < values.size() ? values[end].time - values[end - 1].time
+                                                 : lasts;
+        const double length = values[end - 1].time - values[begin].time;
         const double weight = std::min(1.0, (gap + length) / lasts) / static_cast<double>(end - begin);
-        for (std::size_t i = begin; i < end; ++i) data.weight[i] = weight;
+        std::fill(result.begin() + static_cast<std::ptrdiff_t>(begin),
+                  result.begin() + static_cast<std::ptrdiff_t>(end), weight);
     }
+    return result;
+}
+
+[[noreturn]] void refuse(const GrowthCourse& course, const std::string& why) {
+    throw std::runtime_error(course.file + ": " + why);
+}
+
+void add_values(GrowthObservations& data, const GrowthCourse& course, std::size_t day, int& groups) {
+    std::vector<GrowthCourse::Value> values;
+    const double span = course.values.back().time - course.values.front().time;
+    const bool dense = !course.places && course.values.size() > most_values;
+    const double step = dense ? span / static_cast<double>(most_values) : 0;
+    for (const auto& value : course.values)
+        if (values.empty() || value.time >= values.back().time + step) values.push_back(value);
+    std::set<int> passes;
+    for (const auto& value : values) passes.insert(value.pass);
+    if (passes.size() < 4)
+        refuse(course, "has " + std::to_string(passes.size()) +
+                           " passes; a law of temperatures needs four, and better eight");
+    const std::vector<double> weights = weights_of(values);
+    const std::vector<int> its_blocks = blocks_of(values);
+    int last = groups;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto& value = values[i];
+        for (int axis = 0; axis < 3; ++axis)
+            data.measured[static_cast<std::size_t>(axis)] |= std::isfinite(value.place[axis]);
+        data.values.push_back(
+            {value.place, day, value.time, weights[i], groups + value.group, its_blocks[i]});
+        last = std::max(last, groups + value.group + 1);
+    }
+    groups = last;
 }
 
 }  // namespace
 
-GrowthObservations growth_observations(const GrowthCourse& course, const GrowthIdentifyOptions& options) {
-    const auto refuse = [&](const std::string& why) { throw std::runtime_error(course.file + ": " + why); };
+GrowthObservations growth_observations(const std::vector<GrowthCourse>& days,
+                                       const GrowthIdentifyOptions& options) {
     GrowthObservations data;
-    data.course = &course;
-    data.values = course.values;
-    if (!course.places && data.values.size() > most_values) {
-        data.values.clear();
-        const double step =
-            (course.values.back().time - course.values.front().time) / static_cast<double>(most_values);
-        for (const auto& value : course.values)
-            if (data.values.empty() || value.time >= data.values.back().time + step)
-                data.values.push_back(value);
+    data.places = days.front().places;
+    // Friction depends on grease, preload and load: one day cannot show that it comes back on another.
+    data.turned = options.speed && days.size() > 1 && speeds_of(days) >= least_speeds;
+    int groups = 0;
+    for (std::size_t day = 0; day < days.size(); ++day) {
+        if (days[day].places != data.places)
+            refuse(days[day], "is of another kind than " + days.front().file +
+                                  ": logs of growth_log and CSV files of gauges do not go together");
+        add_values(data, days[day], day, groups);
+        data.speeds.push_back(days[day].speeds);
+        data.turned &= !days[day].speeds.empty();
     }
-    std::set<int> passes;
-    for (const auto& value : data.values) {
-        passes.insert(value.pass);
-        for (int axis = 0; axis < 3; ++axis)
-            data.measured[static_cast<std::size_t>(axis)] |= std::isfinite(value.place[axis]);
-    }
-    if (passes.size() < 4)
-        refuse("has " + std::to_string(passes.size()) +
-               " passes; a law of temperatures needs four, and better eight");
-    data.cold = data.values.front().time;
-    data.turned = options.speed && speeds_of(course) >= least_speeds;
-    for (const GrowthCourse::Sensor& sensor : course.sensors) {
-        const bool is_artifact = sensor.name == options.artifact;
+    const auto named = [](const GrowthCourse& course, const std::string& name) {
+        return std::find_if(course.sensors.begin(), course.sensors.end(),
+                            [&](const GrowthCourse::Sensor& sensor) { return sensor.name == name; });
+    };
+    for (const GrowthCourse& course : days)
+        for (const std::string& wanted : options.sensors)
+            if (named(course, wanted) == course.sensors.end())
+                refuse(course, "there is no sensor '" + wanted + "'");
+    bool warmed = false;
+    for (const GrowthCourse::Sensor& first : days.front().sensors) {
+        const bool is_artifact = first.name == options.artifact;
         const auto& wanted = options.sensors;
         const bool chosen = wanted.empty()
                                 ? !is_artifact
-                                : std::find(wanted.begin(), wanted.end(), sensor.name) != wanted.end();
-        if (is_artifact && !chosen && !course.expansion_out) data.artifact = sensor;
-        if (!chosen) continue;
+                                : std::find(wanted.begin(), wanted.end(), first.name) != wanted.end();
+        if (!chosen && (!is_artifact || days.front().expansion_out)) continue;
+        GrowthObservations::Sensor sensor{first.name, first.number, first.name == options.air, {}};
+        for (const GrowthCourse& course : days) {
+            const auto its = named(course, first.name);
+            if (its == course.sensors.end())
+                refuse(course, "has no sensor '" + first.name + "', which " + days.front().file + " has");
+            sensor.days.push_back(its->samples);
+            warmed |= chosen && range_of(its->samples) >= least_warming;
+        }
+        if (!chosen) {
+            data.artifact = sensor;
+            continue;
+        }
         if (sensor.number >= GrowthLaw::sensors)
-            refuse("sensor " + std::to_string(sensor.number + 1) +
-                   " is chosen; axis_growth reads the sensors 1 to 4");
+            refuse(days.front(), "sensor " + std::to_string(sensor.number + 1) +
+                                     " is chosen; axis_growth reads the sensors 1 to 4");
         data.sensors.push_back(sensor);
     }
-    const auto there = [&](const std::string& name) {
-        const bool found =
-            std::any_of(course.sensors.begin(), course.sensors.end(),
-                        [&](const GrowthCourse::Sensor& sensor) { return sensor.name == name; });
-        if (!found) refuse("there is no sensor '" + name + "'");
-    };
-    for (const std::string& wanted : options.sensors) there(wanted);
-    const bool warmed =
-        std::any_of(data.sensors.begin(), data.sensors.end(),
-                    [](const GrowthCourse::Sensor& sensor) { return range_of(sensor) >= least_warming; });
     if (!warmed && !data.turned)
-        refuse("no sensor has warmed by 1 K, and there is no spindle speed: nothing shows the heat");
-    if (options.structure.empty() ? data.sensors.size() > 1 : options.structure != "none") {
-        if (!options.structure.empty()) there(options.structure);
-        auto its = data.sensors.begin();
-        if (options.structure.empty())
-            its += static_cast<std::ptrdiff_t>(most_typical(data));
-        else
-            its = std::find_if(
-                data.sensors.begin(), data.sensors.end(),
-                [&](const GrowthCourse::Sensor& sensor) { return sensor.name == options.structure; });
-        if (its == data.sensors.end()) refuse("the sensor '" + options.structure + "' was not chosen");
-        data.structure = *its;
-        data.sensors.erase(its);
-    }
-    weigh(data);
-    cut_into_duties(data);
+        refuse(days.front(),
+               "no sensor has warmed by 1 K, and there is no spindle speed: nothing shows the heat");
     return data;
 }
 

@@ -107,7 +107,8 @@ void write_compensation(std::ostringstream& out, const GrowthAnalysis& test) {
             out << "<td colspan=\"3\">" << why_no_gain(test, axis) << "</td></tr>\n";
     }
     out << "</tbody></table><p class=\"soft\">Gain: 0 not applied, 1 perfect, \u22121 wrong sign, above 1 "
-           "too much. It names the fault of the compensation; the verdict above follows the drift that is left, "
+           "too much. It names the fault of the compensation; the verdict above follows the drift that is "
+           "left, "
            "its U and the tolerance.</p>\n";
     write_cross_gains(out, test.finding.cross);
 }
@@ -119,21 +120,22 @@ void write_identified(std::ostringstream& out, const GrowthAnalysis& test) {
         out << "<p>None: " << escaped_xml(test.not_identified) << ".</p>\n";
         return;
     }
-    out << "<p>The law of temperatures and spindle speed that explains this test best. The last column is "
-           "the one to "
-           "trust: each duty in turn was left out and predicted by the others.</p><table><thead><tr><th "
-           "scope=\"col\">Axis</th><th scope=\"col\">drift, \u00b5m rms</th><th scope=\"col\">the law "
-           "leaves</th><th "
-           "scope=\"col\">of duties it did not see</th><th scope=\"col\">used</th></tr></thead><tbody>\n";
+    out << "<p>The test was cut into parts, and each law predicted the later ones from those before. A law "
+           "is used where "
+           "it leaves less than no law and than a line over one temperature.</p><table><thead><tr><th "
+           "scope=\"col\">Axis</th><th scope=\"col\">drift, \u00b5m rms</th><th scope=\"col\">of later parts "
+           "no law "
+           "leaves</th><th scope=\"col\">one temperature</th><th "
+           "scope=\"col\">the law</th><th scope=\"col\">used</th></tr></thead><tbody>\n";
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const GrowthIdentified::Axis& its = test.identified->axes[axis];
         out << "<tr><th scope=\"row\">" << letters[axis] << "</th>";
         if (its.probed)
-            out << "<td>" << um(its.drift) << "</td><td>" << um(its.rest) << "</td><td>"
-                << um(its.predicted_rest) << "</td><td>" << (its.used ? "yes" : "no, it does not help")
-                << "</td></tr>\n";
+            out << "<td>" << um(its.drift) << "</td><td>" << um(its.none_rest) << "</td><td>"
+                << um(its.line_rest) << "</td><td>" << um(its.predicted_rest) << "</td><td>"
+                << (its.used ? "yes" : "no") << "</td></tr>\n";
         else
-            out << "<td colspan=\"4\">was not probed</td></tr>\n";
+            out << "<td colspan=\"5\">was not probed</td></tr>\n";
     }
     out << "</tbody></table><details><summary>The lines for axis_growth_settings.hal, also in "
            "axis_growth_settings.hal beside "

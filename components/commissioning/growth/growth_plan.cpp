@@ -21,14 +21,14 @@
 namespace plumb::commissioning {
 namespace {
 
-constexpr int terms = 3;  // spindle against structure, all sensors together, speed
+constexpr int terms = 3;  // temperature of the spindle, temperature of the structure, speed
 using Terms = Eigen::Matrix<double, terms, 1>;
 using Matrix = Eigen::Matrix<double, terms, terms>;
 
 // As plumb growth identify expects them before the test, in um.
-const Terms usual(10, 3, 50);
+const Terms usual(50, 50, 50);
 
-// The expansion of the artifact, which looks like growth by all sensors together.
+// The expansion of the artifact, which looks like growth by the structure.
 constexpr double usual_artifact = 3;  // um/K
 
 // The temperatures that the sensors would read during the planned test.
@@ -46,7 +46,8 @@ public:
         const double shop =
             1.5 * (std::sin(2 * pi * time_ / 86400 + phase_) - std::sin(phase_)) - (door ? 4 : 0);
         drive_.step(share * fastest_, {}, dt);
-        now_ = {spindle, structure + shop_.step(shop, 5400, dt), drive_.value()};
+        const double body = structure + shop_.step(shop, 5400, dt);
+        now_ = {spindle + body, body, drive_.value()};
         artifact_.step(shop + 0.25 * structure, 5400, dt);
     }
     const Terms& now() const { return now_; }
@@ -196,7 +197,7 @@ GrowthPlan growth_plan(const GrowthPlanOptions& given) {
     plan.cycles = search.best(count);
     const Matrix before = usual.array().square().matrix().asDiagonal();
     const Matrix after = covariance(plan.cycles, options), later = covariance(search.best(more), options);
-    const char* const names[] = {"spindle against structure", "all sensors together", "spindle speed"};
+    const char* const names[] = {"temperature of the spindle", "temperature of the structure", "spindle speed"};
     for (int i = 0; i < terms; ++i)
         plan.terms.push_back(
             {names[i], i == 2 ? "um" : "um/K", usual[i], std::sqrt(after(i, i)), std::sqrt(later(i, i))});

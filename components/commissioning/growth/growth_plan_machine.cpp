@@ -18,9 +18,37 @@ constexpr double step = 60;         // s
 constexpr double least_rise = 1;    // K
 constexpr double least_rest = 0.5;  // um
 
-const Sensor& named(const GrowthCourse& course, const std::string& name) {
-    return *std::find_if(course.sensors.begin(), course.sensors.end(),
-                         [&](const Sensor& sensor) { return sensor.name == name; });
+bool is_artifact(const Sensor& sensor) {
+    return sensor.name == GrowthIdentifyOptions().artifact;
+}
+
+double range_of(const Sensor& sensor) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const auto& [time, value] : sensor.samples) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    return high - low;
+}
+
+// The part of the machine that warms least; the air stands for it if there is one part alone.
+const Sensor& structure_of(const GrowthCourse& course) {
+    const Sensor *least = nullptr, *air = nullptr;
+    int parts = 0;
+    for (const Sensor& sensor : course.sensors) {
+        if (is_artifact(sensor)) continue;
+        if (sensor.name == GrowthIdentifyOptions().air) {
+            air = &sensor;
+            continue;
+        }
+        ++parts;
+        if (!least || range_of(sensor) < range_of(*least)) least = &sensor;
+    }
+    if (parts < 2) least = air;
+    if (!least)
+        throw std::runtime_error(course.file +
+                                 ": has one sensor; a plan needs the spindle and the structure");
+    return *least;
 }
 
 // The rise of a temperature, in steps from the first value on, and the share of the highest speed there.
@@ -65,9 +93,8 @@ void improve(Fit& best, const Rises& rises, double turning, double stopped, Driv
 GrowthPlanMachine plan_machine_of(const GrowthCourse& course, double fastest) {
     const auto refuse = [&](const std::string& why) { throw std::runtime_error(course.file + ": " + why); };
     if (course.speeds.empty()) refuse("has no spindle speed");
-    const GrowthIdentified law = growth_identified(course);
-    if (law.structure.empty()) refuse("has one sensor; a plan needs the spindle and the structure");
-    const Sensor& structure = named(course, law.structure);
+    const GrowthIdentified law = growth_identified({course});
+    const Sensor& structure = structure_of(course);
     GrowthPlanMachine machine;
     machine.log = course.file;
     machine.artifact_known = course.expansion_out;
@@ -79,7 +106,7 @@ GrowthPlanMachine plan_machine_of(const GrowthCourse& course, double fastest) {
     }
     Fit spindle;
     for (const Sensor& sensor : course.sensors) {
-        if (sensor.name == law.structure || sensor.name == GrowthIdentifyOptions().artifact) continue;
+        if (sensor.name == structure.name || is_artifact(sensor)) continue;
         const Rises rises = rises_of(course, fastest, [&](double t) {
             return value_at(sensor.samples, t) - value_at(structure.samples, t);
         });

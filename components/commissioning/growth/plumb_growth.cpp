@@ -41,7 +41,7 @@ hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
         "report LOG... [--output DIR] | gauges GAUGES.csv [--distance MM] [--output DIR] | identify "
-        "LOG|GAUGES.csv [--sensors A,B] | fit SERIES.csv [--time "
+        "LOG|GAUGES.csv... [--sensors A,B] | fit SERIES.csv [--time "
         "COLUMN] "
         "[--columns A,B] | plan --hours H [--log LOG] [--door] [--ngc]",
         {{"DESCRIPTION",
@@ -70,12 +70,12 @@ tilt. It prints the displacements after 1 h and 4 h and in the end, their range 
 stopped, and the steady state. If the spindle did not turn, the ranges are the environmental temperature variation error (ETVE). It
 names each quantity of ISO 230-3 that the record does not contain. --output writes report.html into a folder, --json prints JSON.)"},
          {"IDENTIFY",
-          R"(plumb growth identify LOG prints the settings of axis_growth(9) as setp lines: how each axis grows with the
-temperatures, with the spindle speed and along its travel, each with its uncertainty. It needs four passes, and eight are better.
-Both states of a compensation are as good. --sensors names the sensors to use. --structure names the one from which the others are
-counted, or none; the default is the sensor from which the others differ least. The one named artifact is left out, and shows the
-expansion of the artifact itself; --artifact gives it another name. --no-speed leaves the spindle speed out. --instance names the
-component. --json prints JSON.
+          R"(plumb growth identify LOG... prints the settings of axis_growth(9) as setp lines: how each axis grows with the
+temperatures and along its travel, each term with its uncertainty. It needs four passes, and eight are better. Both states of a
+compensation are as good. Several logs are days of one machine, in order: their law is more certain, and may contain the spindle speed.
+--sensors names the sensors to use. The one named artifact is left out, and shows the expansion of the artifact itself; --artifact gives
+it another name. --air names the sensor of the air, which moves no axis by more than 5 um for 3 K. --no-speed leaves the spindle speed
+out. --instance names the component. --json prints JSON.
 
 LOG may be a CSV file of gauges that were read continuously. Its first line names the columns: time_s, time_min or time_h (time is in
 min); spindle_rpm, rpm or S; T1, T2, ... or names that end in _degC; and X, Y, Z or x_um, y_um, z_um, the growth in um. A field
@@ -84,18 +84,19 @@ that is no number is a missing value. The law numbers the sensors that it reads,
 The lines are HAL, which has no place for a checksum. The log has one in each line, so you can print the settings again and
 compare.
 
-The comments state the drift, what the law leaves of it, and what it leaves of duties that were left out in turn. The last
-number is the one to trust. An axis that the law does not help is not compensated.)"},
+The test is cut into five parts; the later ones are predicted by the law of those before. A line over one temperature is used
+where it leaves less of them than no law, and a law of more terms where it leaves less than both by far. The comments state what the law
+and no law leave of these parts. An axis that no temperature predicts is not compensated, and the comment says so.)"},
          {"PLAN",
           R"(plumb growth plan --hours 4 offers the course of a growth test that separates the terms of the law of axis_growth:
 speeds and rests, cycle by cycle. It states the standard uncertainty of each term before and after the test, and after a test that is
 an hour longer. Growth on another day is the part of the error that comes from these terms, over four hours of drawn speeds.
 
 --work and --pass are the minutes of a cycle, --fastest the highest speed in rpm. --door: somebody opens the shop door where the plan
-says so; this separates the term of all sensors together. --log: the plan is made for the machine of an earlier log, by its
+says so; this separates the terms of the spindle and of the structure. --log: the plan is made for the machine of an earlier log, by its
 temperatures, its speeds and the error of its law; without it for a usual machine. --rest is the error that the law leaves of a pass,
-in um. --artifact: its expansion is known, as by [artifact] of growth_log(1); otherwise it hides much of the term of all
-sensors together. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code
+in um. --artifact: its expansion is known, as by [artifact] of growth_log(1); otherwise it hides much of the term of the
+structure. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code
 of the test, --json JSON.)"},
          {"FIT",
           R"(plumb growth fit SERIES.csv predicts the steady state of each column, if its duty goes on. The first line names
@@ -186,20 +187,21 @@ static int carry_out(int argc, char** argv) {
     reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
     GrowthIdentifyOptions identify;
     std::string log;
+    std::vector<std::string> days;
     bool no_speed = false;
     CLI::App* const identifying =
         app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
-    identifying->add_option("log", log, "Log of growth_log, or CSV of gauges.")->required()->type_name("LOG");
+    identifying
+        ->add_option("logs", days, "Logs of growth_log, or CSVs of gauges: days of one machine, in order.")
+        ->required()
+        ->type_name("LOG");
     identifying
         ->add_option("--sensors", identify.sensors, "Sensors to use; by default all but the artifact's.")
         ->delimiter(',')
         ->type_name("A,B");
     identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")
         ->type_name("NAME");
-    identifying
-        ->add_option("--structure", identify.structure,
-                     "Sensor of the structure, or none; by default the most typical one.")
-        ->type_name("NAME");
+    identifying->add_option("--air", identify.air, "Sensor of the air; air by default.")->type_name("NAME");
     identifying->add_option("--instance", identify.instance, "Name of the component; axis-growth by default.")
         ->type_name("NAME");
     identifying
@@ -280,15 +282,23 @@ static int carry_out(int argc, char** argv) {
         }
         if (*identifying) {
             identify.speed = !no_speed;
-            const GrowthCourse read = course_in(log);
-            const GrowthIdentified found = growth_identified(read, identify);
+            std::vector<GrowthCourse> courses;
+            for (const std::string& day : days) courses.push_back(course_in(day));
+            const GrowthCourse& first = courses.front();
+            for (const GrowthCourse& course : courses)
+                if (course.places && course.machine != first.machine)
+                    throw std::runtime_error(course.file + " is of the machine '" + course.machine +
+                                             "', and " + first.file + " of '" + first.machine + "'");
+            const GrowthIdentified found = growth_identified(courses, identify);
             if (json) {
                 nlohmann::json all = growth_identified_json(found);
-                all["log"] = read.file;
-                all["machine"] = read.machine;
+                all["logs"] = days;
+                all["machine"] = first.machine;
                 std::cout << all.dump(1) << '\n';
             } else {
-                std::cout << growth_settings(read.file, read.begun, found);
+                std::string files, begun = first.begun;
+                for (const std::string& day : days) files += (files.empty() ? "" : ", ") + day;
+                std::cout << growth_settings(files, begun, found);
             }
             return 0;
         }

@@ -31,7 +31,6 @@ struct Settings {
     GrowthLaw law;
     SpindleDrive::Settings drive;
     Eigen::Vector3d sigma = Eigen::Vector3d::Zero();                            // mu
-    Eigen::Vector3d travel = Eigen::Vector3d::Zero();                           // mu
     GrowthLaw::PerSensor growth_sigma = GrowthLaw::PerSensor::Zero();           // mu/K
     Eigen::Vector3d speed_sigma = Eigen::Vector3d::Zero();                      // mu
     GrowthLaw::Temperatures low = GrowthLaw::Temperatures::Zero(), high = low;  // K, of the rises
@@ -54,9 +53,8 @@ private:
 public:
     static constexpr hal::Range growths{-1, 1}, slopes{-1e-4, 1e-4}, temperatures{-500, 500},
         places{-1e6, 1e6};
-    static constexpr hal::Range rises{-600, 600}, numbers{-1, GrowthLaw::sensors - 1};
-    static constexpr hal::Range distances{0, 1e5}, sigmas{0, 1}, speeds{1, 1e6}, exponents{0.1, 4},
-        times{1, 1e6};
+    static constexpr hal::Range rises{-600, 600};
+    static constexpr hal::Range sigmas{0, 1}, speeds{1, 1e6}, exponents{0.1, 4}, times{1, 1e6};
 
     struct Sensor : hal::Group {
         Sensor(hal::Owner owner, const std::string& number)
@@ -86,11 +84,6 @@ public:
         hal::Effects at_once;
     };
 
-    hal::In<std::int32_t> structure{
-        this, "structure", -1,
-        "Sensor of the structure: the rises of the others are counted from it; -1 for none.",
-        hal::machine(numbers)};
-
     hal::Row<Sensor> sensor{this, sensors_, ""};
     hal::Row<hal::In<double>> reference{this,
                                         sensors_,
@@ -115,12 +108,6 @@ public:
                                    hal::machine(rises)};
     hal::Axes<hal::In<double>, 3> pivot{
         this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", hal::machine(places)};
-    hal::Axes<hal::In<double>, 3> travel{this,
-                                         "%-travel",
-                                         100.0,
-                                         "mu",
-                                         "Distance of the work from %-pivot, at most.",
-                                         hal::machine(distances)};
     hal::Axes<hal::In<double>, 3> by_speed{this,
                                            "%-speed-growth",
                                            0.0,
@@ -145,11 +132,10 @@ public:
     hal::In<double> stopped_time{
         this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.", hal::machine(times)};
 
-    hal::Effects at_once{this,     hal::Effect::at_once, structure, reference,       low,     high, pivot,
-                         by_speed, speed_sigma,          sigma,     reference_speed, exponent};
+    hal::Effects at_once{this,  hal::Effect::at_once, reference, low, high, pivot, by_speed, speed_sigma,
+                         sigma, reference_speed,      exponent};
 
     void read(Settings& s, hal::SettingsReader& read) noexcept {
-        s.law.structure = read(structure);
         for (std::size_t row = 0; row < sensors_; ++row) {
             const auto i = static_cast<int>(row);
             for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -167,7 +153,6 @@ public:
             s.law.by_speed[k] = read(by_speed[axis]);
             s.speed_sigma[k] = read(speed_sigma[axis]);
             s.sigma[k] = read(sigma[axis]);
-            s.travel[k] = read(travel[axis]);
         }
         s.drive.reference_speed = read(reference_speed);
         s.drive.exponent = read(exponent);
@@ -258,7 +243,7 @@ struct AxisGrowth final : hal::Component {
     static constexpr hal::Range smoothings{0, 3600}, ages{0, 1e6}, errors{0, 1}, offsets{0, 100};
     static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5};
     hal::In<double> smoothing{
-        this, "smoothing", 60, "s", "Time constant that smooths the temperatures.", hal::machine(smoothings)};
+        this, "smoothing", 20, "s", "Time constant that smooths the temperatures.", hal::machine(smoothings)};
     hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature.", hal::machine(ages)};
     hal::In<double> hold_time{this,
                               "hold-time",
@@ -283,8 +268,9 @@ struct AxisGrowth final : hal::Component {
     hal::Axes<hal::Out<double>, 3> growth{this, "%-growth", "mu", "Growth of % here and now, by the law."};
     hal::Axes<hal::Out<double>, 3> growth_sigma{this, "%-growth-sigma", "mu",
                                                 "Standard uncertainty of the growth since the zero."};
-    hal::Out<double> authority{this, "authority", "1",
-                               "Part of the growth that is applied, 0 to 1, of the least certain axis."};
+    hal::Out<double> authority{
+        this, "authority", "1",
+        "Part of the growth that is applied, 0 to 1; it falls when a temperature is lost."};
     hal::Out<double> lost_age{this, "lost-age", "s",
                               "Time since a temperature was lost; 0 while all are valid."};
     hal::Out<bool> ramping{this, "ramping", "The offsets still change to their wanted values."};
@@ -317,8 +303,8 @@ struct AxisGrowth final : hal::Component {
         if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
         const bool homed = all_homed, enabled = permission.enabled();
         const bool applies = enabled && homed && sensors.all_known();
-        const double part = trust(line, driven, applies);
-        follow(line, applies, jumped, dt);
+        const double part = trust(driven, applies);
+        follow(line, applies ? part : 0, jumped, dt);
 
         const Eigen::Vector3d grown = line.at(position_, settings_.law.pivot);
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -331,11 +317,11 @@ struct AxisGrowth final : hal::Component {
         lost_age = sensors.lost();
         ramping = ramp_.ramping();
         limited = ramp_.limited();
-        const Doubt its_doubt =
-            hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
-                               {sensors.lost() > 0, Doubt::sensor},
-                               {applies && unapplied_ > settings_.harmless && beyond_, Doubt::range},
-                               {applies && unapplied_ > settings_.harmless, Doubt::uncertain}});
+        const bool uncertain = sigma_.maxCoeff() > settings_.harmless;
+        const Doubt its_doubt = hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
+                                                   {sensors.lost() > 0, Doubt::sensor},
+                                                   {applies && uncertain && beyond_, Doubt::range},
+                                                   {applies && uncertain, Doubt::uncertain}});
         doubt = its_doubt;
         const Fault its_fault = hal::first<Fault>({{!position_good_, Fault::position},
                                                    {settings_.law.uses_speed() && !speed_good, Fault::speed},
@@ -348,7 +334,8 @@ struct AxisGrowth final : hal::Component {
         seen.homed = homed;
         seen.temperatures_known = sensors.all_known();
         seen.returns = its_doubt == Doubt::old;
-        seen.doubted = its_doubt != Doubt::none;
+        seen.held = its_doubt == Doubt::sensor;
+        seen.uncertain = its_doubt == Doubt::range || its_doubt == Doubt::uncertain;
         seen.bounded = ramp_.limited();
         seen.ramping = ramp_.ramping();
         seen.interlock = status.of_interlock();
@@ -359,8 +346,7 @@ struct AxisGrowth final : hal::Component {
 private:
     static constexpr double play = 0.1;  // of max-speed: blended moves add up
     static constexpr double farthest = 1e6;
-    static constexpr double bent = 0.3;              // by which a term may deviate outside of its range
-    static constexpr double none = 0.15, all = 0.3;  // of the certainty
+    static constexpr double bent = 0.3;  // by which a term may deviate outside of its range
 
     hal::MovingPin moving(std::size_t axis) {
         return hal::MovingPin(offset[axis])
@@ -383,7 +369,7 @@ private:
         wanted.max_offset = read(max_offset);
         wanted.max_rate = read(max_rate);
         wanted.max_speed = read(max_speed);
-        wanted.in_range = read.good() && wanted.law.structure < static_cast<int>(number_of_sensors);
+        wanted.in_range = read.good();
         if (!wanted.valid()) return false;
         settings_ = wanted;
         return true;
@@ -404,10 +390,11 @@ private:
         return jumped;
     }
 
-    // The part of the growth that may be applied, by axis; returns the smallest. What the law does not know
-    // is how the temperatures and the spindle have changed the growth since the work zero, which holds the
-    // rest.
-    double trust(const GrowthLaw::Line& line, double driven, bool applies) noexcept {
+    // The part of the growth that is applied, which falls with the age of a lost temperature. The law
+    // predicts better than no law, so all of the growth is applied however uncertain it is. What the law does
+    // not know is how the temperatures and the spindle have changed the growth since the work zero, which
+    // holds the rest.
+    double trust(double driven, bool applies) noexcept {
         const bool holds = cycle_running && applies;
         const GrowthLaw::Temperatures& rise = sensors.rises();
         GrowthLaw::Temperatures since = rise;
@@ -416,8 +403,6 @@ private:
         for (int i = 0; i < GrowthLaw::sensors; ++i)
             outside[i] = std::max({0.0, settings_.low[i] - rise[i], rise[i] - settings_.high[i]});
         const double lost = std::min(sensors.lost() / std::max(settings_.hold_time, 1.0), 1.0);
-        double least = 1;
-        unapplied_ = 0;
         beyond_ = false;
         for (int k = 0; k < 3; ++k) {
             const GrowthLaw::Temperatures by = settings_.law.growth.row(k).cwiseAbs().transpose();
@@ -428,23 +413,16 @@ private:
             const double known = std::hypot(settings_.sigma[k], std::hypot(terms, by_speed));
             sigma_[k] = std::hypot(known, std::hypot(beyond, unseen));
             beyond_ |= beyond > known;
-            const double largest = std::abs(line.offset[k]) + std::abs(line.slope[k]) * settings_.travel[k];
-            const Authority::Evidence evidence{largest, sigma_[k], sensors.lost(), 1};
-            part_[k] = authority_[static_cast<std::size_t>(k)].step(
-                evidence, holds, {none, all, settings_.harmless, settings_.hold_time});
-            if (largest > 0) least = std::min(least, part_[k]);
-            unapplied_ = std::max(unapplied_, (1 - part_[k]) * largest);
         }
-        return least;
+        return authority_.step({1, 0, sensors.lost(), 1}, holds, {0, 1, 0, settings_.hold_time});
     }
 
     // Motion moves the offset at once; the ramp takes every other change.
-    void follow(const GrowthLaw::Line& line, bool applies, bool jumped, double dt) noexcept {
+    void follow(const GrowthLaw::Line& line, double part, bool jumped, double dt) noexcept {
         const RampedCorrection::Wanted last = wanted_;
         RampedCorrection::Wanted before = last;
         if (!jumped) before.offset = applied_.at(position_, pivot_);
-        applied_ = GrowthLaw::Line();
-        if (applies) applied_ = {part_.cwiseProduct(line.offset), part_.cwiseProduct(line.slope)};
+        applied_ = {part * line.offset, part * line.slope};
         pivot_ = settings_.law.pivot;
         wanted_.offset = applied_.at(position_, pivot_);
         wanted_.most = settings_.max_offset;
@@ -453,19 +431,19 @@ private:
 
     Settings settings_;  // last good values
     Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), pivot_ = position_;
-    Eigen::Vector3d part_ = Eigen::Vector3d::Zero(), sigma_ = part_;
+    Eigen::Vector3d sigma_ = Eigen::Vector3d::Zero();
     struct Zero {
         GrowthLaw::Temperatures temperatures = GrowthLaw::Temperatures::Zero();  // degC
         double driven = 0;
         bool set = false;
     };
 
-    double speed_ = 0, unapplied_ = 0;
+    double speed_ = 0;
     bool position_good_ = true, beyond_ = false;
     Zero zero_;
     Edge zero_edge_;
     SpindleDrive drive_;
-    std::array<Authority, 3> authority_;
+    Authority authority_;
     GrowthLaw::Line applied_;
     RampedCorrection::Wanted wanted_;
     RampedCorrection ramp_;

@@ -28,9 +28,13 @@ constexpr const char* sentence(Doubt doubt) {
                    "hold-time.";
         case Doubt::old: return "A temperature has been invalid for hold-time: the offset returns to 0.";
         case Doubt::range:
-            return "A temperature is outside the range of the growth test: only a part of the growth is "
-                   "applied.";
-        case Doubt::uncertain: return "The growth is uncertain: only a part of it is applied.";
+            return "A temperature is outside the range of the growth test: the growth may be wrong by more "
+                   "than "
+                   "is harmless.";
+        case Doubt::uncertain:
+            return "The growth may be wrong by more than is harmless. A growth test on another day makes its "
+                   "law "
+                   "more certain.";
         default: return nullptr;
     }
 }
@@ -42,9 +46,10 @@ enum class AxisGrowthStatus : std::int32_t {
     no_law,
     no_temperature,
     returns,
-    doubted,
+    held,
     bounded,
-    ramping
+    ramping,
+    uncertain
 };
 
 constexpr hal::Said said(AxisGrowthStatus status) {
@@ -60,10 +65,19 @@ constexpr hal::Said said(AxisGrowthStatus status) {
                     "Check the sensors."};
         case AxisGrowthStatus::returns:
             return {Kind::bad, "A temperature is lost: the offset returns to 0.", "Check the sensors."};
-        case AxisGrowthStatus::doubted:
-            return hal::Said{
-                Kind::warn, "The growth may be wrong.", "Check the sensors and the law.", {}, "doubt-code"}
+        case AxisGrowthStatus::held:
+            return hal::Said{Kind::warn,
+                             "A temperature cannot be trusted: the offset holds.",
+                             "Check the sensor.",
+                             {},
+                             "doubt-code"}
                 .told(Tell::text);
+        case AxisGrowthStatus::uncertain:
+            return {Kind::warn,
+                    "Corrects the growth, and may be wrong by more than is harmless.",
+                    "Check the sensors, and repeat the growth test on another day.",
+                    {},
+                    "doubt-code"};
         case AxisGrowthStatus::bounded:
             return hal::Said{
                 Kind::warn, "The growth of an axis exceeds the largest offset, and is not corrected in full.",
@@ -77,7 +91,8 @@ constexpr hal::Said said(AxisGrowthStatus status) {
 
 struct AxisGrowthSeen {
     bool fault = false, has_law = false, enabled = false, homed = false;
-    bool temperatures_known = false, returns = false, doubted = false, bounded = false, ramping = false;
+    bool temperatures_known = false, returns = false, held = false, bounded = false, ramping = false,
+         uncertain = false;
     AxisGrowthStatus interlock{};
 };
 
@@ -90,9 +105,10 @@ inline AxisGrowthStatus status_of(const AxisGrowthSeen& seen) noexcept {
                           {!seen.homed, hal::common<S>(hal::Common::not_homed)},
                           {!seen.temperatures_known, S::no_temperature},
                           {seen.returns, S::returns},
-                          {seen.doubted, S::doubted},
+                          {seen.held, S::held},
                           {seen.bounded, S::bounded},
                           {seen.ramping, S::ramping},
+                          {seen.uncertain, S::uncertain},
                           {true, S::corrects}});
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -26,11 +27,12 @@ struct Mean {
     double growth = 0, weight = 0;
 };
 
-std::map<int, Mean> means_of(const GrowthVisits& visits, int without) {
+template <class Chosen>
+std::map<int, Mean> means_of(const GrowthVisits& visits, Chosen chosen) {
     std::map<int, Mean> means;
     for (Index i = 0; i < visits.growth.size(); ++i) {
         const auto at = static_cast<std::size_t>(i);
-        if (visits.duties[at] == without) continue;
+        if (!chosen(at)) continue;
         const double w = visits.weight[i];
         Mean& mean =
             means.try_emplace(visits.groups[at], Mean{RowVectorXd::Zero(visits.terms.cols())}).first->second;
@@ -45,19 +47,18 @@ std::map<int, Mean> means_of(const GrowthVisits& visits, int without) {
     return means;
 }
 
-// The visits of some duties, less the means of their groups.
+// The chosen visits, less the means of their groups.
 struct Centred {
     MatrixXd terms;
     VectorXd growth, weight;
 };
 
 template <class Chosen>
-Centred centred(const GrowthVisits& visits, const std::map<int, Mean>& means, Chosen chosen) {
+Centred centred(const GrowthVisits& visits, Chosen chosen) {
+    const std::map<int, Mean> means = means_of(visits, chosen);
     std::vector<Index> rows;
-    for (Index i = 0; i < visits.growth.size(); ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        if (chosen(visits.duties[at]) && means.count(visits.groups[at]) > 0) rows.push_back(i);
-    }
+    for (Index i = 0; i < visits.growth.size(); ++i)
+        if (chosen(static_cast<std::size_t>(i))) rows.push_back(i);
     Centred its{MatrixXd(rows.size(), visits.terms.cols()), VectorXd(rows.size()), VectorXd(rows.size())};
     for (std::size_t row = 0; row < rows.size(); ++row) {
         const Index i = rows[row], to = static_cast<Index>(row);
@@ -103,13 +104,43 @@ double rms(const VectorXd& values, const VectorXd& weight) {
     return total > 0 ? std::sqrt(weight.dot(values.cwiseAbs2()) / total) : 0;
 }
 
+// The error of one law on the visits that it did not see, from the first visit of each group on.
+struct Prediction {
+    double squares = 0, sizes = 0, products = 0, weight = 0;  // of the error, the law, both
+
+    void add(double error, double law, double w) {
+        squares += w * error * error;
+        sizes += w * law * law;
+        products += w * error * law;
+        weight += w;
+    }
+    // The part of the law that is wrong in its size.
+    double off() const { return sizes > 0 ? products / sizes : 0; }
+};
+
+template <class Chosen>
+Prediction predicted(const GrowthVisits& visits, const VectorXd& law, Chosen chosen) {
+    std::map<int, Index> first;
+    Prediction its;
+    for (Index i = 0; i < visits.growth.size(); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        const Index zero = first.try_emplace(visits.groups[at], i).first->second;
+        if (!chosen(at)) continue;
+        const double by_law = (visits.terms.row(i) - visits.terms.row(zero)).dot(law);
+        its.add(visits.growth[i] - visits.growth[zero] - by_law, by_law, visits.weight[i]);
+    }
+    return its;
+}
+
 }  // namespace
 }  // namespace growth_identification
 
 IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::VectorXd& usual, double sigma) {
     using namespace growth_identification;
-    constexpr int none = std::numeric_limits<int>::min();
-    const Centred whole = centred(visits, means_of(visits, none), [](int) { return true; });
+    constexpr int learned = 2;       // blocks, at least, that predict the next one
+    constexpr double one_day = 0.5;  // the least scale with one day: 0.35 covered 84 % of other days
+    const auto all = [](std::size_t) { return true; };
+    const Centred whole = centred(visits, all);
     const Solution law = solved(whole, usual, sigma);
     IdentifiedGrowth result;
     result.value = law.value;
@@ -118,35 +149,36 @@ IdentifiedGrowth identified_growth(const GrowthVisits& visits, const Eigen::Vect
     result.rest = rms(whole.growth - whole.terms * law.value, whole.weight);
     result.predicted_rest = std::numeric_limits<double>::infinity();
 
-    const std::set<int> duties(visits.duties.begin(), visits.duties.end());
-    std::vector<double> squares, sizes, weights;
-    for (const int left_out : duties) {
-        const std::map<int, Mean> means = means_of(visits, left_out);
-        const Centred others = centred(visits, means, [&](int duty) { return duty != left_out; });
-        const Centred its = centred(visits, means, [&](int duty) { return duty == left_out; });
-        if (its.growth.size() == 0 || others.growth.size() < 2) continue;
-        const Eigen::VectorXd predicted = its.terms * solved(others, usual, sigma).value;
-        const Eigen::VectorXd rest = its.growth - predicted;
-        for (Index i = 0; i < rest.size(); ++i) {
-            squares.push_back(rest[i] * rest[i]);
-            sizes.push_back(predicted[i] * predicted[i]);
-            weights.push_back(its.weight[i]);
-        }
-    }
-    if (weights.empty()) return result;
-    const auto as_vector = [](const std::vector<double>& values) -> Eigen::VectorXd {
-        return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Index>(values.size()));
+    const std::set<int> blocks(visits.blocks.begin(), visits.blocks.end());
+    const std::set<int> days(visits.days.begin(), visits.days.end());
+    std::vector<Prediction> predictions;
+    const auto predict = [&](const std::vector<int>& parts, int part) {
+        const Centred before = centred(visits, [&](std::size_t i) { return parts[i] < part; });
+        if (before.growth.size() < 2) return;
+        const VectorXd its = solved(before, usual, sigma).value;
+        const Prediction found = predicted(visits, its, [&](std::size_t i) { return parts[i] == part; });
+        if (found.weight > 0) predictions.push_back(found);
     };
-    const Eigen::VectorXd weight = as_vector(weights);
-    const double square = weight.dot(as_vector(squares)) / weight.sum();
-    const double size = weight.dot(as_vector(sizes)) / weight.sum();
-    result.predicted_rest = std::sqrt(square);
-    // A few duties do not show how far others may differ. An error of a prediction beyond that of the fit
-    // comes with the terms.
-    const double few = coverage_factor(std::max(static_cast<double>(duties.size()) - 1, 1.0)) / 2;
-    const double always = std::min(result.rest * result.rest, square);
-    result.floor = few * std::sqrt(always);
-    result.share = size > 0 ? few * std::sqrt((square - always) / size) : 0;
+    if (days.size() > 1)
+        for (auto day = std::next(days.begin()); day != days.end(); ++day) predict(visits.days, *day);
+    else if (blocks.size() > learned)
+        for (auto block = std::next(blocks.begin(), learned); block != blocks.end(); ++block)
+            predict(visits.blocks, *block);
+    if (predictions.empty()) return result;
+    double squares = 0, off = 0;
+    for (const Prediction& its : predictions) {
+        const double square = its.squares / its.weight;
+        result.block_rests.push_back(std::sqrt(square));
+        squares += square;
+        off += its.off() * its.off();
+    }
+    const auto count = static_cast<double>(predictions.size());
+    result.predicted_rest = std::sqrt(squares / count);
+    result.scale = std::sqrt(off / count);
+    if (days.size() > 1)
+        result.scale *= coverage_factor(count) / 2;
+    else
+        result.scale = std::max(result.scale, one_day);
     return result;
 }
 

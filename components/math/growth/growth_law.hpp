@@ -16,8 +16,7 @@ namespace plumb {
 //     d = K0(T) + tan(beta)(T) (P - P0)        K0 = sum of k_i D_i + s x
 //     tan(beta) = sum of b_i D_i               tau x' = (n / n0)^p - x
 //
-// D_i is the rise T_i - R_i, and, if a sensor is of the structure, how much more that has risen than the
-// structure. The structure's own D is its rise: a change that all sensors share.
+// D_i is the rise T_i - R_i.
 //
 // d is the distance by which the axis must be displaced so that the tip is where it was on the cold machine.
 struct GrowthLaw {
@@ -29,7 +28,6 @@ struct GrowthLaw {
     PerSensor slope = PerSensor::Zero();                 // b, 1/K
     Eigen::Vector3d by_speed = Eigen::Vector3d::Zero();  // s, mu
     Temperatures reference = Temperatures::Zero();       // R, degC
-    int structure = -1;                                  // its sensor, or -1
     Eigen::Vector3d pivot = Eigen::Vector3d::Zero();     // P0, mu
 
     static constexpr double steepest = 1e-3;  // of tan(beta), either way
@@ -45,14 +43,7 @@ struct GrowthLaw {
     };
 
     // D of these temperatures.
-    Temperatures rises(const Temperatures& temperatures) const noexcept {
-        Temperatures rise = temperatures - reference;
-        if (!has_structure()) return rise;
-        const double common = rise[structure];
-        rise.array() -= common;
-        rise[structure] = common;
-        return rise;
-    }
+    Temperatures rises(const Temperatures& temperatures) const noexcept { return temperatures - reference; }
 
     // `rise` is D, `driven` x. tan(beta) stays within ±steepest.
     Line at(const Temperatures& rise, double driven) const noexcept {
@@ -60,10 +51,8 @@ struct GrowthLaw {
     }
 
     bool uses(int sensor) const noexcept {
-        if (sensor == structure) return !growth.isZero(0) || !slope.isZero(0);
         return !growth.col(sensor).isZero(0) || !slope.col(sensor).isZero(0);
     }
-    bool has_structure() const noexcept { return structure >= 0 && structure < sensors; }
     bool uses_speed() const noexcept { return !by_speed.isZero(0); }
     bool is_empty() const noexcept { return growth.isZero(0) && slope.isZero(0) && !uses_speed(); }
 };

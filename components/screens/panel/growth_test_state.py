@@ -84,7 +84,7 @@ def plan_in_words(plan):
         return words + (", " + _("shop door open") if cycle["door"] else "")
     cycles = ["%d \u00d7 %s" % (len(list(same)), words) for words, same in itertools.groupby(map(of, plan["cycles"]))]
     lines = [_("{count} cycles of {work} min work and a pass:").format(count=len(plan["cycles"]), work="%g" % plan["work_min"]), "   ".join(cycles)]
-    names = {"spindle against structure": _("spindle against structure"), "all sensors together": _("all sensors together"),
+    names = {"temperature of the spindle": _("temperature of the spindle"), "temperature of the structure": _("temperature of the structure"),
              "spindle speed": _("spindle speed"), "growth on another day": _("growth on another day")}
     lines += [_("{term}: \u00b1{after} {unit}, after another hour \u00b1{more}").format(
         term=names.get(term["name"], term["name"]), after="%.1f" % term["after"], unit=term["unit"].replace("u", "\u00b5", 1), more="%.1f" % term["hour_more"])

@@ -122,6 +122,7 @@ def pair(learnt_path, used_path):
             "doubt": float(np.mean(doubt)),
             "announced": bool(np.mean(doubt[harmed]) >= 0.5) if harmed.any() else False,
             "covered": float(np.mean(np.abs(left) <= 2 * sigmas[axis])),
+            "sigma": float(np.median(sigmas[axis])),
         }
     return found
 
@@ -131,14 +132,14 @@ def figures(paths, pairs):
     names = [os.path.splitext(os.path.basename(path))[0] for path in paths]
     width = max(map(len, names)) + 2
     head = "%-*s%-*s%5s%12s%12s%12s%12s%10s%10s" % (width, "learned on", width, "used on", "axis", "none, um", "one T, um", "left, um", "one T, %", "left, %", "doubt, %")
-    lines, rows = [head + "%12s" % "<= 2 sigma"], []
+    lines, rows = [head + "%12s%12s" % ("<= 2 sigma", "sigma, um")], []
     for (learnt, used), found in pairs.items():
         for axis, its in found.items():
             removed = [100 * (1 - its[way] / its["none"]) for way in ("single", "left")]
             rows.append((*removed, its))
             lines.append(
-                "%-*s%-*s%5s%12.1f%12.1f%12.1f%12.0f%10.0f%10.0f%11.0f%%%s"
-                % (width, names[learnt], width, names[used], axis.upper(), its["none"], its["single"], its["left"], *removed, 100 * its["doubt"], 100 * its["covered"], "" if its["left"] <= its["none"] else "  worse")
+                "%-*s%-*s%5s%12.1f%12.1f%12.1f%12.0f%10.0f%10.0f%11.0f%%%12.1f%s"
+                % (width, names[learnt], width, names[used], axis.upper(), its["none"], its["single"], its["left"], *removed, 100 * its["doubt"], 100 * its["covered"], its["sigma"], "" if its["left"] <= its["none"] else "  worse")
             )
     if not rows:
         return lines + ["no axis was measured on two days"]
@@ -150,6 +151,9 @@ def figures(paths, pairs):
         % (np.median(left), np.median(single), np.mean(left), np.mean(single), min(left), min(single)),
         "worse than without: %d of %d by axis_growth, of which %d unannounced; %d by one temperature"
         % (len(worse), len(rows), sum(not its["announced"] for its in worse), sum(way < 0 for way in single)),
+        "rms of all pairs: none %.1f um, one temperature %.1f um, axis_growth %.1f um" % tuple(rms([row[2][way] for row in rows]) for way in ("none", "single", "left")),
+        "within 2 sigma: %.0f %% of the time, mean of the pairs; sigma %.1f um, median of the pairs, beside %.1f um that were left, median"
+        % (100 * np.mean([row[2]["covered"] for row in rows]), np.median([row[2]["sigma"] for row in rows]), np.median([row[2]["left"] for row in rows])),
         "in doubt for more than a tenth of the time: %d of %d" % (sum(row[2]["doubt"] > 0.1 for row in rows), len(rows)),
     ]
     return lines

@@ -128,18 +128,6 @@ TEST(AxisGrowth, HasTheRowsOfItsSensors) {
     }
 }
 
-TEST(AxisGrowth, AStructureIsOneOfItsSensors) {
-    Bench bench{Bench::Thread::servo};
-    bench.command("loadrt axis_growth names=g interlock=no sensors=2");
-    bench.command("addf g.update servo-thread");
-    bench.set("g.structure", 1);
-    bench.run(0.01);
-    EXPECT_EQ(bench.get("g.fault-code"), 0);
-    bench.set("g.structure", 2);
-    bench.run(0.01);
-    EXPECT_EQ(bench.get("g.fault-code"), 3) << "the settings";
-}
-
 TEST(AxisGrowth, FollowsTheSpindleWithTheTimeOfTurningAndOfRest) {
     Machine m;
     m.set({{"z-speed-growth", 0.04},
@@ -222,51 +210,21 @@ TEST(AxisGrowth, WithoutEverAValidTemperatureNothingMoves) {
     EXPECT_EQ(m.get("authority"), 0);
 }
 
-TEST(AxisGrowth, AppliesNothingThatIsLessCertainThanItIsLarge) {
+TEST(AxisGrowth, AnUncertainGrowthIsAppliedAndInDoubt) {
     Machine m;
-    m.set({{"z-growth-0", 0.004}, {"temperature-0", 25}, {"harmless", 0}, {"z-sigma", 0.08}});
+    m.set({{"z-growth-0", 0.004}, {"temperature-0", 25}, {"z-sigma", 0.0049}});
     m.run(0.1);
-    EXPECT_EQ(m.get("z-offset"), 0) << "20 um are a quarter of a standard deviation";
-    EXPECT_EQ(m.get("doubt-code"), 4);
-    m.set("z-sigma", 0.0444);
+    EXPECT_FALSE(m.get("doubt"));
+    m.set("z-sigma", 0.0051);
     m.run(0.1);
-    EXPECT_LT(m.get("z-offset"), 0.02);
-    EXPECT_GT(m.get("z-offset"), 0);
-    m.set("z-sigma", 0.012);
-    m.run(0.1);
+    EXPECT_EQ(m.get("doubt-code"), 4) << "more than harmless";
     EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-9);
-}
-
-TEST(AxisGrowth, AWarmerShopMovesNothingButTheCommonTerm) {
-    Machine m;
-    m.set({{"structure", 1},
-           {"z-growth-0", 0.004},
-           {"z-growth-1", 0.001},
-           {"rise-low-0", 0},
-           {"rise-high-0", 10},
-           {"temperature-0", 30},
-           {"temperature-1", 21}});
-    m.run(0.1);
-    EXPECT_NEAR(m.get("z-offset"), 0.004 * 9 + 0.001, 1e-9);
-    m.set({{"temperature-0", 45}, {"temperature-1", 36}});
-    m.run(0.1);
-    EXPECT_NEAR(m.get("z-offset"), 0.004 * 9 + 0.001 * 16, 1e-9);
     EXPECT_EQ(m.get("authority"), 1);
-    EXPECT_FALSE(m.get("doubt")) << "the spindle is as much warmer than the structure as in the test";
-}
-
-TEST(AxisGrowth, TheStructureIsReadByEachTerm) {
-    Machine m;
-    m.set({{"structure", 1}, {"z-growth-0", 0.004}, {"temperature-0", 30}, {"temperature-valid-1", 0}});
-    m.run(0.1);
-    EXPECT_EQ(m.get("z-offset"), 0);
-    EXPECT_EQ(m.get("doubt-code"), 1);
 }
 
 TEST(AxisGrowth, SigmaIsThatOfTheChangesSinceTheZeroWasSet) {
     Machine m;
-    m.set({{"structure", 1},
-           {"z-growth-0", 0.004},
+    m.set({{"z-growth-0", 0.004},
            {"z-growth-sigma-0", 0.001},
            {"z-growth-sigma-1", 0.002},
            {"z-speed-growth", 0.01},
@@ -275,50 +233,33 @@ TEST(AxisGrowth, SigmaIsThatOfTheChangesSinceTheZeroWasSet) {
            {"temperature-0", 28},
            {"temperature-1", 23}});
     m.run(0.1);
-    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(0.0001, std::hypot(0.005, 0.006)), 1e-9);
+    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(0.0001, std::hypot(0.008, 0.006)), 1e-9);
     m.set("zero-set", 1);
     m.run(0.1);
     EXPECT_NEAR(m.get("z-growth-sigma"), 0.0001, 1e-9);
-    EXPECT_NEAR(m.get("z-offset"), 0.02, 1e-9) << "the zero contains the offset: nothing moves";
+    EXPECT_NEAR(m.get("z-offset"), 0.032, 1e-9) << "the zero contains the offset: nothing moves";
     m.set({{"temperature-0", 33}, {"temperature-1", 24}, {"spindle-speed", 5000}});
     m.run(30);
-    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(std::hypot(0.0001, 0.003), std::hypot(0.004, 0.002)),
+    EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(std::hypot(0.0001, 0.003), std::hypot(0.005, 0.002)),
                 1e-6);
     m.run(1);
     EXPECT_GT(m.get("z-growth-sigma"), 0.004) << "only an edge sets it";
 }
 
-TEST(AxisGrowth, TheGrowthAtTheEndOfTheTravelIsCertainEnoughAlsoInItsMiddle) {
-    Machine m;
-    m.set({{"x-slope-0", 12e-6},
-           {"temperature-0", 30},
-           {"harmless", 0},
-           {"x-sigma", 0.002},
-           {"x-position", 100}});
-    m.run(0.1);
-    EXPECT_NEAR(m.get("x-offset"), 0.012, 1e-9);
-    m.set({{"x-position", 0}, {"max-rate", 0.1}});
-    m.run(0.1);
-    EXPECT_EQ(m.get("authority"), 1);
-    m.set({{"x-travel", 10}, {"x-sigma", 0.008}});
-    m.run(0.1);
-    EXPECT_EQ(m.get("authority"), 0) << "1.2 um, and a standard deviation of 8 um";
-}
-
 TEST(AxisGrowth, BeyondTheRiseOfTheTestTheOffsetIsUncertain) {
     Machine m;
-    m.set({{"z-growth-0", 0.004}, {"rise-high-0", 10}, {"temperature-0", 32}, {"harmless", 0}});
+    m.set({{"z-growth-0", 0.004}, {"rise-high-0", 10}, {"temperature-0", 32}});
     m.run(0.1);
     EXPECT_NEAR(m.get("z-growth-sigma"), std::hypot(0.0001, 0.3 * 0.008), 1e-9);
-    EXPECT_NEAR(m.get("z-offset"), 0.048, 1e-9) << "still twenty standard deviations";
-    EXPECT_FALSE(m.get("doubt"));
+    EXPECT_NEAR(m.get("z-offset"), 0.048, 1e-9);
+    EXPECT_FALSE(m.get("doubt")) << "by less than is harmless";
     m.set({{"temperature-0", 22}, {"rise-high-0", 0}, {"rise-low-0", -5}, {"z-sigma", 0.015}});
     m.run(0.1);
     EXPECT_EQ(m.get("doubt-code"), 4) << "the law is uncertain, and its range hardly matters";
     m.set({{"temperature-0", 14}, {"z-sigma", 0.0001}, {"rise-low-0", 60}, {"rise-high-0", 65}});
     m.run(0.1);
     EXPECT_EQ(m.get("doubt-code"), 3);
-    EXPECT_GT(m.get("z-offset"), -0.024) << "of 24 um, all are far from the test";
+    EXPECT_NEAR(m.get("z-offset"), -0.024, 1e-9);
 }
 
 TEST(AxisGrowth, InACycleItsAuthorityNeverFalls) {
@@ -343,7 +284,6 @@ TEST(AxisGrowth, SettingsThatAreOutOfRangeLeaveTheLastGoodSetInForce) {
                                                                   {"max-rate", 0},
                                                                   {"rise-low-2", 601},
                                                                   {"turning-time", 0},
-                                                                  {"structure", 4},
                                                                   {"y-sigma", -1}}) {
         const double before = m.get(pin);
         m.set({{pin, value}, {"x-growth-1", 0.5}});

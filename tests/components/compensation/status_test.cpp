@@ -205,9 +205,10 @@ TEST(AxisGrowthStatus, SaysThatItCorrectsOnlyWhileItDoes) {
          {"a sensor never was valid", [](auto& its) { its.temperatures_known = false; }, S::no_temperature,
           Kind::bad},
          {"a sensor is lost for long", [](auto& its) { its.returns = true; }, S::returns, Kind::bad},
-         {"a sensor is lost", [](auto& its) { its.doubted = true; }, S::doubted, Kind::warn},
+         {"a sensor is lost", [](auto& its) { its.held = true; }, S::held, Kind::warn},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
          {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
+         {"a large sigma", [](auto& its) { its.uncertain = true; }, S::uncertain, Kind::warn},
          {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
 }
 

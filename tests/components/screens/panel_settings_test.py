@@ -693,10 +693,10 @@ class GrowthTest(unittest.TestCase):
     def test_a_plan_in_words_has_equal_cycles_together_and_each_term(self):
         cycles = [{"rpm": 8000, "door": False}] * 2 + [{"rpm": 0, "door": False}, {"rpm": 0, "door": True}]
         plan = {"work_min": 30, "cycles": cycles, "machine": {"log": "/tmp/logs/growth-1.csv"},
-                "terms": [{"name": "all sensors together", "unit": "um/K", "after": 0.66, "hour_more": 0.5}]}
+                "terms": [{"name": "temperature of the structure", "unit": "um/K", "after": 0.66, "hour_more": 0.5}]}
         self.assertEqual(growth_test_state.plan_in_words(plan), [
             "4 cycles of 30 min work and a pass:", "2 \u00d7 8000 rpm   1 \u00d7 rest   1 \u00d7 rest, shop door open",
-            "all sensors together: \u00b10.7 \u00b5m/K, after another hour \u00b10.5", "For the machine of growth-1.csv."])
+            "temperature of the structure: \u00b10.7 \u00b5m/K, after another hour \u00b10.5", "For the machine of growth-1.csv."])
 
     def test_the_drift_of_a_bore_is_that_since_its_first_visit(self):
         drift, visits = growth_test_state.LiveDrift(), 4  # visits before this screen began

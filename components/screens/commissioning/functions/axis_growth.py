@@ -24,8 +24,8 @@ def unused(rig, instance):
 
 
 def _is_used(rig, instance, sensor):
-    """Whether the law has a growth or a slope by this temperature, or counts the others from it."""
-    return rig.get(instance, "structure") == sensor or any(
+    """Whether the law has a growth or a slope by this temperature."""
+    return any(
         float(rig.get(instance, "%s-%s-%d" % (axis, kind, sensor))) for axis in "xyz" for kind in ("growth", "slope"))
 
 
