@@ -665,14 +665,22 @@ class Identify(unittest.TestCase):
     def test_the_sensor_of_the_artifact_is_not_a_term(self):
         self.assertNotIn("-growth-3 ", law_of(self.log)["lines"])
         self.assertNotEqual(law_of(self.log, "--artifact", "none")["axes"], law_of(self.log)["axes"])  # it shows the expansion of the artifact
-        self.assertIn("# Load axis_growth with sensors=1 or more\n", law_of(self.log)["lines"])
+        self.assertIn("# Load axis_growth with sensors=3 or more\n", law_of(self.log)["lines"])  # the bed and the air judge the spindle
+        self.assertIn("# Load axis_growth with sensors=1 or more\n", law_of(self.log, "--sensors", "spindle")["lines"])
         lines = law_of(self.log, "--sensors", "bed,air", "--instance", "g")["lines"]
         self.assertIn("setp g.z-growth-1 ", lines)
         self.assertNotIn("growth-0 ", lines)
-        self.assertNotIn("speed", law_of(self.log, "--no-speed")["lines"])
+        self.assertNotIn("speed-growth", law_of(self.log, "--no-speed")["lines"])
+
+    def test_each_sensor_is_judged_by_the_others(self):
+        lines = law_of(self.log)["lines"]
+        limits = [float(limit) for limit in re.findall(r"expected-limit-\d +(\S+)", lines)]
+        self.assertEqual(len(limits), 3)
+        self.assertTrue(all(0.25 < limit < 5 for limit in limits), limits)
+        self.assertNotIn("expected", law_of(self.log, "--sensors", "spindle")["lines"])  # nothing judges one sensor
 
     def test_equal_cycles_give_no_term_by_speed(self):
-        self.assertNotIn("speed", law_of(self.log)["lines"])
+        self.assertNotIn("speed-growth", law_of(self.log)["lines"])
 
     def test_lengths_are_those_of_the_machine(self):
         lines = [line.replace("unit,1", "unit,25.4") if line.startswith("unit,") else line for line in self.lines]
@@ -714,6 +722,57 @@ def gauges(hot=0.015, common=0.0, shop=0.0, start=0.0, hours=10, slow=0.0):
         temperatures = (20 + start + air + rise for rise in (warm, 0, 1, part))
         lines.append("%d,%d,%.3f,%.3f,%.3f,%.3f,%.3f" % (5 * step, speed, *temperatures, 1e3 * (hot * warm + common * air + slow * part)))
     return lines
+
+
+class AcceleratedTest(unittest.TestCase):
+    """The two tests of configs/growth/README.md in virtual time, with accelerated.hal: the machine plays what the G-code does."""
+
+    SEEDS = (101, 109)
+    PLAYED = {"artifact.bores": 1, "artifact.work-time": 163, "artifact.touch-time": 2}  # s, as the G-code takes
+
+    @classmethod
+    def setUpClass(cls):
+        with open(os.path.join(ROOT, "configs/growth/accelerated.hal"), encoding="ascii") as file:
+            cls.settings = {**{name: {"false": False}.get(value, value) for name, value in re.findall(r"^setp (\S+) +(\S+)$", file.read(), re.M)}, **cls.PLAYED}
+        cls.settings = {name: value if isinstance(value, bool) else float(value) for name, value in cls.settings.items()}
+        cls.settings["artifact.bores"] = 1
+
+    def test_the_first_test_gives_a_law_for_each_axis_and_a_verdict(self):
+        for seed in self.SEEDS:
+            with self.subTest(seed), TemporaryFolder() as folder:
+                log = run_test(folder, seed, self.settings)
+                results = results_of(log, folder)
+                self.assertGreaterEqual(results["passes"], 8)
+                self.assertEqual(results["verdict"], "pass")
+                self.assertTrue(all(axis["used"] for axis in results["identified"]["axes"].values()), results["identified"]["axes"])
+                self.second(seed, results["identified"]["lines"])
+
+    def second(self, seed, lines):
+        """The same machine, on another day, with axis_growth by these lines: the warm machine stays within its tolerances."""
+        with plumb.Host() as host:
+            host.load(os.path.join(ROOT, "configs", "growth", "bench.hal"))
+            host.command("loadrt axis_growth names=axis-growth sensors=3 interlock=no")
+            host.command("net spindle-speed => axis-growth.spindle-speed")
+            for name, value in {**self.settings, "artifact.seed": seed, "artifact.air-start": 50000}.items():
+                host.set(name, value)
+            for sensor, signal in enumerate(("spindle", "bed", "air")):
+                for pin, end in (("temperature", "warm"), ("temperature-valid", "valid"), ("temperature-age", "age")):
+                    host.command("net %s-%s => axis-growth.%s-%d" % (signal, end, pin, sensor))
+            host.command("addf axis-growth.update servo-thread")
+            for name, value in (("all-homed", True), ("enable", True), ("y-position", -60), ("z-position", -140)):
+                host.set("axis-growth." + name, value)
+            for line in lines.split("\n"):
+                if line and not line.startswith("#"):
+                    host.command(line)
+            host.command("start")
+            host.run(60)
+            pins = [("artifact.truth-%s-deviation" % axis, "axis-growth.%s-offset" % axis) for axis in "xyz"]
+            cold = [host.get(truth) - host.get(offset) for truth, offset in pins]
+            for _ in range(90):
+                host.run(30)
+                for axis, tolerance, (truth, offset), at_first in zip("xyz", (0.01, 0.01, 0.015), pins, cold):
+                    self.assertLess(abs(host.get(truth) - host.get(offset) - at_first), tolerance, axis)
+            self.assertNotIn(host.get("axis-growth.doubt-code"), (5, 6, 7, 8))
 
 
 class Gauges(unittest.TestCase):

@@ -223,7 +223,7 @@ class Single(unittest.TestCase):
         plan = os.path.join(machine, "growth_plan.ngc")
         change(plan, "#<_growth_planned> = 5", "#<_growth_planned> = 2")
         change(plan, "#<_growth_minutes> = 30", "#<_growth_minutes> = 0.1")
-        change(plan, "EQ 2]\n  #<_growth_speed> = 6000", "EQ 2]\n  #<_growth_speed> = 2000")
+        change(plan, "EQ 2]\n  #<_growth_speed> = 8000", "EQ 2]\n  #<_growth_speed> = 2000")
         status, output = run(folder, machine, shortened(machine, "growth.ini"), "sphere.ngc")
         self.assertEqual(status, 0, output)
         self.assertIn("Growth test: ", output)  # that it has reached its end

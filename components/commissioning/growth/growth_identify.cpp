@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "components/commissioning/growth/growth_law_search.hpp"
+#include "components/commissioning/growth/growth_watch.hpp"
 #include "components/math/growth/coverage_factor.hpp"
 #include "components/math/growth/growth_law.hpp"
 
@@ -109,9 +111,33 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
             its.terms.push_back({"speed", law.by_speed, law.speed_sigma});
         }
     }
+    std::optional<SpindleDrive::Settings> drive;
+    for (const auto& law : laws) {
+        if (!law || !law->form.speed) continue;
+        drive.emplace();
+        drive->exponent = options.speed_exponent;
+        drive->turning_time = law->form.turning;
+        drive->stopped_time = law->form.stopped;
+        break;
+    }
+    // Other sensors judge those of the law.
+    for (const auto& sensor : data.sensors)
+        if (!numbered.empty() && numbered.size() < GrowthLaw::sensors) number_of(sensor);
+    std::vector<const GrowthObservations::Sensor*> judged;
+    std::vector<double> growths;
+    for (const auto& [number, sensor] : numbered) {
+        judged.push_back(sensor);
+        double most = 0;
+        for (const auto& axis : result.axes)
+            for (const auto& term : axis.terms)
+                if (term.name == sensor->name) most = std::max(most, std::abs(term.value));
+        growths.push_back(most);
+    }
+    const auto watch = learned_watch(judged, growths, data.speeds, drive, options.speed_exponent);
     if (!numbered.empty())
         lines +=
             "# Load axis_growth with sensors=" + std::to_string(numbered.rbegin()->first + 1) + " or more\n";
+    Index place = 0;
     for (const auto& [number, sensor] : numbered) {
         const std::string its = std::to_string(number);
         lines += "# " + sensor->name + "\n";
@@ -124,13 +150,24 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
             }
         lines += line(options.instance + ".rise-low-" + its, low);
         lines += line(options.instance + ".rise-high-" + its, high);
+        if (watch) {
+            const auto& expected = watch->settings;
+            lines += line(options.instance + ".expected-fast-" + its, expected.fast[place]);
+            lines += line(options.instance + ".expected-slow-" + its, expected.slow[place]);
+            lines += line(options.instance + ".expected-low-" + its, expected.low[place]);
+            lines += line(options.instance + ".expected-high-" + its, expected.high[place]);
+            lines += line(options.instance + ".expected-limit-" + its, expected.limit[place]);
+        }
+        ++place;
     }
-    for (const auto& law : laws) {
-        if (!law || !law->form.speed) continue;
-        lines += line(options.instance + ".speed-exponent", options.speed_exponent);
-        lines += line(options.instance + ".turning-time", law->form.turning);
-        lines += line(options.instance + ".stopped-time", law->form.stopped);
-        break;
+    if (watch) {
+        drive = watch->drive;
+        lines += line(options.instance + ".slow-time", watch->settings.slow_time);
+    }
+    if (drive) {
+        lines += line(options.instance + ".speed-exponent", drive->exponent);
+        lines += line(options.instance + ".turning-time", drive->turning_time);
+        lines += line(options.instance + ".stopped-time", drive->stopped_time);
     }
     return result;
 }

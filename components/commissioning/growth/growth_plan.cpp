@@ -131,13 +131,16 @@ struct Search {
         return speeds.size() < 3 ? 1e6 * its : its;
     }
 
-    // Each cycle in turn takes the speed and the door that help most, until none helps.
-    std::vector<GrowthPlan::Cycle> best(int count) const {
+    // Each cycle in turn takes the speed and the door that help most, until none helps. A longer test begins
+    // as the shorter one does, too: so it is never worse.
+    std::vector<GrowthPlan::Cycle> best(int count, const std::vector<GrowthPlan::Cycle>& shorter = {}) const {
         std::vector<GrowthPlan::Cycle> best;
         double least = HUGE_VAL;
-        for (const double start : {1.0, 0.5, 0.0}) {
+        for (const double start : {1.0, 0.5, 0.0, -1.0}) {
+            if (start < 0 && shorter.empty()) continue;
             std::vector<GrowthPlan::Cycle> its(static_cast<std::size_t>(count),
-                                               {start * options.fastest, false});
+                                               {std::abs(start) * options.fastest, false});
+            if (start < 0) std::copy(shorter.begin(), shorter.end(), its.begin());
             double now = variance(its);
             bool doors = false;  // first without
             for (bool better = true; better || doors != options.door;) {
@@ -196,7 +199,7 @@ GrowthPlan growth_plan(const GrowthPlanOptions& given) {
     plan.options = options;
     plan.cycles = search.best(count);
     const Matrix before = usual.array().square().matrix().asDiagonal();
-    const Matrix after = covariance(plan.cycles, options), later = covariance(search.best(more), options);
+    const Matrix after = covariance(plan.cycles, options), later = covariance(search.best(more, plan.cycles), options);
     const char* const names[] = {"temperature of the spindle", "temperature of the structure", "spindle speed"};
     for (int i = 0; i < terms; ++i)
         plan.terms.push_back(

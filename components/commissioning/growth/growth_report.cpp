@@ -35,6 +35,20 @@ std::string undetermined_sentence(const GrowthAnalysis& test) {
     return text + " a drift of " + um(its.larger_drift) + " \u00b5m.";
 }
 
+// A gain is judged over all axes together. An axis with little drift may follow none, or another one.
+std::string axes_apart(const GrowthAnalysis& test) {
+    std::string text;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const CompensationGain& its = test.gain[axis];
+        if (!its.determined || (its.gain + 2 * its.uncertainty >= weakest_good_gain &&
+                                its.gain - 2 * its.uncertainty <= strongest_good_gain))
+            continue;
+        text += std::string(" But ") + letters[axis] + ", which drifts by " + um(test.off[axis].largest) +
+                " \u00b5m without it, has a gain of " + number(its.gain, 2) + ".";
+    }
+    return text;
+}
+
 }  // namespace
 
 std::string number(double value, int digits) {
@@ -89,6 +103,7 @@ std::string compensation_sentence(const GrowthAnalysis& test) {
         if (test.verdict == GrowthVerdict::pass) text = "The drift that the compensation leaves is within the tolerances. Its gain is not determined.";
         text += undetermined_sentence(test);
     }
+    if (test.finding.fault == CompensationFault::none) text += axes_apart(test);
     if (test.finding.fault == CompensationFault::too_weak ||
         test.finding.fault == CompensationFault::too_strong)
         text += " Its gain is " + number(test.finding.gain, 2) + ".";

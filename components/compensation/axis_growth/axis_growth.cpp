@@ -6,6 +6,7 @@
 #include "components/math/blocks/ramped_correction.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/math/growth/growth_law.hpp"
+#include "components/math/growth/temperature_watch.hpp"
 #include "hal/axes.hpp"
 #include "hal/codes.hpp"
 #include "hal/component.hpp"
@@ -30,6 +31,7 @@ namespace axis_growth {
 struct Settings {
     GrowthLaw law;
     SpindleDrive::Settings drive;
+    TemperatureWatch::Settings watch;
     Eigen::Vector3d sigma = Eigen::Vector3d::Zero();                            // mu
     GrowthLaw::PerSensor growth_sigma = GrowthLaw::PerSensor::Zero();           // mu/K
     Eigen::Vector3d speed_sigma = Eigen::Vector3d::Zero();                      // mu
@@ -53,7 +55,7 @@ private:
 public:
     static constexpr hal::Range growths{-1, 1}, slopes{-1e-4, 1e-4}, temperatures{-500, 500},
         places{-1e6, 1e6};
-    static constexpr hal::Range rises{-600, 600};
+    static constexpr hal::Range rises{-600, 600}, limits{0, 600};
     static constexpr hal::Range sigmas{0, 1}, speeds{1, 1e6}, exponents{0.1, 4}, times{1, 1e6};
 
     struct Sensor : hal::Group {
@@ -84,6 +86,39 @@ public:
         hal::Effects at_once;
     };
 
+    // How far a temperature departs from the mean of the others.
+    struct Expected : hal::Group {
+        Expected(hal::Owner owner, const std::string& number)
+            : Group(owner),
+              fast{this,
+                   "expected-fast" + number,
+                   0.0,
+                   "K",
+                   "Rise of this temperature above the mean of the others in the end at reference-speed, by "
+                   "turning-time.",
+                   hal::machine(rises)},
+              slow{this, "expected-slow" + number, 0.0, "K", "The same, by slow-time.", hal::machine(rises)},
+              low{this,
+                  "expected-low" + number,
+                  0.0,
+                  "K",
+                  "Lowest difference from the mean of the others in the growth test.",
+                  hal::machine(rises)},
+              high{this,
+                   "expected-high" + number,
+                   0.0,
+                   "K",
+                   "Highest difference from the mean of the others in the growth test.",
+                   hal::machine(rises)},
+              limit{this,
+                    "expected-limit" + number,
+                    0.0,
+                    "K",
+                    "Largest deviation from the expected difference; 0: the sensor is not judged.",
+                    hal::machine(limits)} {}
+        hal::In<double> fast, slow, low, high, limit;
+    };
+
     hal::Row<Sensor> sensor{this, sensors_, ""};
     hal::Row<hal::In<double>> reference{this,
                                         sensors_,
@@ -106,6 +141,9 @@ public:
                                    "K",
                                    "Highest rise of this temperature in the test.",
                                    hal::machine(rises)};
+    hal::Row<Expected> expected{this, sensors_, ""};
+    hal::In<double> slow_time{
+        this, "slow-time", 7200, "s", "Time constant of expected-slow.", hal::machine(times)};
     hal::Axes<hal::In<double>, 3> pivot{
         this, "%-pivot", 0.0, "mu", "Position of % where its slope displaces nothing.", hal::machine(places)};
     hal::Axes<hal::In<double>, 3> by_speed{this,
@@ -146,6 +184,11 @@ public:
             s.law.reference[i] = read(reference[row]);
             s.low[i] = read(low[row]);
             s.high[i] = read(high[row]);
+            s.watch.fast[i] = read(expected[row].fast);
+            s.watch.slow[i] = read(expected[row].slow);
+            s.watch.low[i] = read(expected[row].low);
+            s.watch.high[i] = read(expected[row].high);
+            s.watch.limit[i] = read(expected[row].limit);
         }
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const int k = static_cast<int>(axis);
@@ -158,24 +201,42 @@ public:
         s.drive.exponent = read(exponent);
         s.drive.turning_time = read(turning_time);
         s.drive.stopped_time = read(stopped_time);
+        s.watch.slow_time = read(slow_time);
     }
 };
 
-// The temperatures, each with its doubts: value, valid, age. An invalid one keeps its last good value.
+// The temperatures, each with its doubts: value, valid, age, and whether it contradicts the others. An
+// invalid one keeps its last good value.
 class Sensors : public hal::Group {
 public:
     Sensors(hal::Owner owner, std::size_t number) : Group(owner), number_(number) {}
 
-    // `used`: the law reads this sensor.
+    // `used`: the law reads this sensor; `x`, `y`: what the spindle has been driven to, also slowly.
     template <class Used>
-    void step(const Settings& settings, Used used, double dt) noexcept {
+    void step(const Settings& settings, Used used, double x, double y, double dt) noexcept {
+        std::array<double, GrowthLaw::sensors> now{};
+        std::array<bool, GrowthLaw::sensors> valid{};
+        GrowthLaw::Temperatures rises = GrowthLaw::Temperatures::Zero();
+        bool judged = true;
+        for (std::size_t row = 0; row < number_; ++row) {
+            const auto i = static_cast<int>(row);
+            const double age = age_[row];
+            now[row] = value_[row];
+            valid[row] =
+                valid_[row] && now[row] > -100 && now[row] < 500 && age >= 0 && age <= settings.max_age;
+            if (valid[row] && !seen_known_[row]) seen_[row].set(now[row]);
+            if (valid[row]) seen_[row].step(now[row], settings.smoothing, dt);
+            seen_known_[row] |= valid[row];
+            rises[i] = seen_[row].value() - settings.law.reference[i];
+            judged &= seen_known_[row] && (valid[row] || settings.watch.limit[i] == 0);
+        }
+        watch_.step(rises, judged, x, y, settings.watch, dt);
         bool good = true, known = true;
         for (std::size_t row = 0; row < number_; ++row) {
             const auto i = static_cast<int>(row);
-            const double now = value_[row], age = age_[row];
-            const bool fine = valid_[row] && now > -100 && now < 500 && age >= 0 && age <= settings.max_age;
-            if (fine && !known_[row]) lag_[row].set(now);
-            if (fine) lag_[row].step(now, settings.smoothing, dt);
+            const bool fine = valid[row] && !watch_.doubts(i, settings.watch);
+            if (fine && !known_[row]) lag_[row].set(now[row]);
+            if (fine) lag_[row].step(now[row], settings.smoothing, dt);
             known_[row] |= fine;
             smooth_[i] = known_[row] ? lag_[row].value() : settings.law.reference[i];
             if (!used(i)) continue;
@@ -189,8 +250,9 @@ public:
 
     const GrowthLaw::Temperatures& values() const noexcept { return smooth_; }  // degC
     const GrowthLaw::Temperatures& rises() const noexcept { return rises_; }    // K, as the law counts them
-    bool all_known() const noexcept { return all_known_; }  // each that the law reads was valid once
-    double lost() const noexcept { return lost_; }          // s since one of them was valid
+    bool all_known() const noexcept { return all_known_; }       // each that the law reads was valid once
+    double lost() const noexcept { return lost_; }               // s since one of them was fine
+    int contradicts() const noexcept { return watch_.named(); }  // the sensor that does, or -1
 
 private:
     const std::size_t number_;
@@ -201,8 +263,9 @@ private:
                                    "The sensor reports that it is valid."};
     hal::Row<hal::In<double>> age_{this, number_, "temperature-age",
                                    0.0,  "s",     "Time since the sensor was read."};
-    std::array<FirstOrderLag, GrowthLaw::sensors> lag_;
-    std::array<bool, GrowthLaw::sensors> known_{};
+    std::array<FirstOrderLag, GrowthLaw::sensors> lag_, seen_;
+    std::array<bool, GrowthLaw::sensors> known_{}, seen_known_{};
+    TemperatureWatch watch_;
     GrowthLaw::Temperatures smooth_ = GrowthLaw::Temperatures::Zero(), rises_ = smooth_;
     double lost_ = 0;
     bool all_known_ = false;
@@ -295,10 +358,13 @@ struct AxisGrowth final : hal::Component {
         const double speed = spindle_speed;
         const bool speed_good = std::abs(speed) <= 1e6;
         speed_ = speed_good ? speed : speed_;
-        sensors.step(
-            settings_, [this](int i) noexcept { return settings_.law.uses(i); }, dt);
-
         const double driven = drive_.step(speed_, settings_.drive, dt);
+        SpindleDrive::Settings slow = settings_.drive;
+        slow.turning_time = slow.stopped_time = settings_.watch.slow_time;
+        sensors.step(
+            settings_, [this](int i) noexcept { return settings_.law.uses(i); }, driven,
+            slow_drive_.step(speed_, slow, dt), dt);
+
         const GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
         if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
         const bool homed = all_homed, enabled = permission.enabled();
@@ -318,7 +384,9 @@ struct AxisGrowth final : hal::Component {
         ramping = ramp_.ramping();
         limited = ramp_.limited();
         const bool uncertain = sigma_.maxCoeff() > settings_.harmless;
-        const Doubt its_doubt = hal::first<Doubt>({{sensors.lost() > settings_.hold_time, Doubt::old},
+        const int wrong = sensors.contradicts();
+        const Doubt its_doubt = hal::first<Doubt>({{wrong >= 0, axis_growth::contradiction(wrong)},
+                                                   {sensors.lost() > settings_.hold_time, Doubt::old},
                                                    {sensors.lost() > 0, Doubt::sensor},
                                                    {applies && uncertain && beyond_, Doubt::range},
                                                    {applies && uncertain, Doubt::uncertain}});
@@ -333,8 +401,8 @@ struct AxisGrowth final : hal::Component {
         seen.enabled = enabled;
         seen.homed = homed;
         seen.temperatures_known = sensors.all_known();
-        seen.returns = its_doubt == Doubt::old;
-        seen.held = its_doubt == Doubt::sensor;
+        seen.returns = sensors.lost() > settings_.hold_time;
+        seen.held = sensors.lost() > 0 || wrong >= 0;
         seen.uncertain = its_doubt == Doubt::range || its_doubt == Doubt::uncertain;
         seen.bounded = ramp_.limited();
         seen.ramping = ramp_.ramping();
@@ -442,7 +510,7 @@ private:
     bool position_good_ = true, beyond_ = false;
     Zero zero_;
     Edge zero_edge_;
-    SpindleDrive drive_;
+    SpindleDrive drive_, slow_drive_;
     Authority authority_;
     GrowthLaw::Line applied_;
     RampedCorrection::Wanted wanted_;

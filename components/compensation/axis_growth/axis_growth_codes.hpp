@@ -20,7 +20,21 @@ constexpr const char* sentence(Fault fault) {
     }
 }
 
-enum class Doubt : std::int32_t { none, sensor, old, range, uncertain };
+enum class Doubt : std::int32_t {
+    none,
+    sensor,
+    old,
+    range,
+    uncertain,
+    temperature_0,
+    temperature_1,
+    temperature_2,
+    temperature_3
+};
+// Of a sensor that contradicts the others.
+constexpr Doubt contradiction(int sensor) noexcept {
+    return static_cast<Doubt>(static_cast<int>(Doubt::temperature_0) + sensor);
+}
 constexpr const char* sentence(Doubt doubt) {
     switch (doubt) {
         case Doubt::sensor:
@@ -35,6 +49,22 @@ constexpr const char* sentence(Doubt doubt) {
             return "The growth may be wrong by more than is harmless. A growth test on another day makes its "
                    "law "
                    "more certain.";
+        case Doubt::temperature_0:
+            return "Temperature 0 contradicts the other temperatures and the spindle speed. An offset by it "
+                   "holds, "
+                   "and returns to 0 after hold-time.";
+        case Doubt::temperature_1:
+            return "Temperature 1 contradicts the other temperatures and the spindle speed. An offset by it "
+                   "holds, "
+                   "and returns to 0 after hold-time.";
+        case Doubt::temperature_2:
+            return "Temperature 2 contradicts the other temperatures and the spindle speed. An offset by it "
+                   "holds, "
+                   "and returns to 0 after hold-time.";
+        case Doubt::temperature_3:
+            return "Temperature 3 contradicts the other temperatures and the spindle speed. An offset by it "
+                   "holds, "
+                   "and returns to 0 after hold-time.";
         default: return nullptr;
     }
 }
@@ -67,7 +97,7 @@ constexpr hal::Said said(AxisGrowthStatus status) {
             return {Kind::bad, "A temperature is lost: the offset returns to 0.", "Check the sensors."};
         case AxisGrowthStatus::held:
             return hal::Said{Kind::warn,
-                             "A temperature cannot be trusted: the offset holds.",
+                             "A temperature cannot be trusted: an offset by it holds.",
                              "Check the sensor.",
                              {},
                              "doubt-code"}

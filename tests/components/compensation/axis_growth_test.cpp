@@ -193,6 +193,72 @@ TEST(AxisGrowth, ALostTemperatureHoldsAndThenTakesItsOffsetBack) {
     }
 }
 
+// The spindle, which the law reads, and the bed and the air, which judge it.
+struct Judged : Machine {
+    Judged() {
+        set({{"z-growth-0", 0.004},
+             {"hold-time", 10},
+             {"expected-fast-0", 8},
+             {"expected-fast-1", -4},
+             {"expected-fast-2", -4},
+             {"turning-time", 1},
+             {"stopped-time", 1},
+             {"speed-exponent", 1},
+             {"reference-speed", 5000}});
+        for (const char* sensor : {"0", "1", "2"})
+            set({{std::string("expected-limit-") + sensor, 2}, {std::string("temperature-") + sensor, 20}});
+        run(0.1);
+        set({{"spindle-speed", 5000}, {"temperature-0", 28}});
+        // the temperature leads the drive of the spindle by a second
+        set("smoothing", 1);
+        run(10);
+    }
+};
+
+TEST(AxisGrowth, ATemperatureThatContradictsTheOthersHoldsAndThenTakesItsOffsetBack) {
+    Judged m;
+    EXPECT_FALSE(m.get("doubt"));
+    EXPECT_NEAR(m.get("z-offset"), 0.032, 1e-5);
+    m.set("temperature-0", 48);
+    m.run(9);
+    EXPECT_EQ(m.get("doubt-code"), 5) << "temperature 0";
+    EXPECT_LT(m.get("z-offset"), 0.032 + 0.004 * 2.1) << "2 K are the limit";
+    m.run(20);
+    EXPECT_EQ(m.get("z-offset"), 0);
+    EXPECT_EQ(m.get("doubt-code"), 5) << "it still says which";
+    m.set("temperature-0", 28);
+    m.run(10);
+    EXPECT_FALSE(m.get("doubt"));
+    EXPECT_NEAR(m.get("z-offset"), 0.032, 1e-5);
+}
+
+TEST(AxisGrowth, InACycleAnOffsetByAWrongTemperatureHolds) {
+    Judged m;
+    m.set({{"cycle-running", 1}, {"temperature-0", 48}});
+    m.run(60);
+    EXPECT_EQ(m.get("doubt-code"), 5);
+    EXPECT_GT(m.get("z-offset"), 0.031);
+    EXPECT_LT(m.get("z-offset"), 0.032 + 0.004 * 2.1);
+    m.set("cycle-running", 0);
+    m.run(30);
+    EXPECT_EQ(m.get("z-offset"), 0);
+}
+
+TEST(AxisGrowth, AWrongTemperatureThatTheLawDoesNotReadIsNamedAndMovesNothing) {
+    Judged m;
+    m.set("temperature-2", 100);
+    m.run(30);
+    EXPECT_EQ(m.get("doubt-code"), 7) << "temperature 2";
+    EXPECT_NEAR(m.get("z-offset"), 0.032, 1e-5);
+}
+
+TEST(AxisGrowth, AShopThatWarmsAllSensorsIsNoFault) {
+    Judged m;
+    m.set({{"temperature-0", 36}, {"temperature-1", 28}, {"temperature-2", 28}});
+    m.run(30);
+    EXPECT_FALSE(m.get("doubt"));
+}
+
 TEST(AxisGrowth, ASensorThatTheLawDoesNotReadMayBeDead) {
     Machine m;
     m.set({{"z-growth-0", 0.004}, {"temperature-0", 30}, {"temperature-valid-1", 0}, {"temperature-3", nan}});

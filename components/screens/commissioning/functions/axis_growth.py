@@ -24,8 +24,8 @@ def unused(rig, instance):
 
 
 def _is_used(rig, instance, sensor):
-    """Whether the law has a growth or a slope by this temperature."""
-    return any(
+    """Whether the law has a growth or a slope by this temperature, or judges others by it."""
+    return float(rig.get(instance, "expected-limit-%d" % sensor)) > 0 or any(
         float(rig.get(instance, "%s-%s-%d" % (axis, kind, sensor))) for axis in "xyz" for kind in ("growth", "slope"))
 
 
