@@ -79,7 +79,7 @@ public:
 
 private:
     static constexpr double beyond = 0.2;   // of a span
-    static constexpr double release = 0.7;  // of a limit
+    static constexpr double release = 0.9;  // of a limit
 
     static int wrong(const PerSensor& rest, const Settings& settings) noexcept {
         const int n = settings.judged();

@@ -99,9 +99,9 @@ TEST(TemperatureWatch, HoldsItsJudgementWhileASensorIsLostAndTakesItBackInsideOf
     ASSERT_EQ(watch.named(), 0);
     watch.step(PerSensor::Zero(), false, 0, 0, settings, 1);
     EXPECT_EQ(watch.named(), 0);
-    watch.step({0.9, 0, 0, 0}, true, 0, 0, settings, 1);
+    watch.step({0.95, 0, 0, 0}, true, 0, 0, settings, 1);
     EXPECT_EQ(watch.named(), 0) << "no flutter at the limit";
-    watch.step({0.6, 0, 0, 0}, true, 0, 0, settings, 1);
+    watch.step({0.85, 0, 0, 0}, true, 0, 0, settings, 1);
     EXPECT_EQ(watch.named(), -1);
 }
 
