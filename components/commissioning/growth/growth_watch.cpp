@@ -14,9 +14,9 @@ using PerSensor = TemperatureWatch::PerSensor;
 
 constexpr double step = 60;  // s
 constexpr int blocks = 5;    // of a day; each from the third on is predicted by those before
-// A limit is what moves an axis by `harm`, but between 1.5 and 4 times the largest error of the hours that were
-// left out, and 0.25 K more for noise: on 24 drawn machines the largest error of another day was 0.3 to 3.4
-// times as large. A sensor that no law reads does no harm, and has the largest limit.
+// A limit is what moves an axis by `harm`, but between 1.5 and 4 times the largest error of the hours that
+// were left out, and 0.25 K more for noise: on 24 drawn machines the largest error of another day was 0.3 to
+// 3.4 times as large. A sensor that no law reads does no harm, and has the largest limit.
 constexpr double harm = 0.007;  // mm
 constexpr double least = 1.5, most = 4, noise = 0.25;
 
