@@ -80,7 +80,7 @@ public:
                     "Growth of % by that rise, per mu of travel.",
                     hal::machine(slopes)},
               turning{this, growth, slope},
-              at_once{this, hal::Effect::at_once, growth, growth_sigma, slope} {}
+              at_once{this, hal::Effect::at_once, growth, slope} {}
         hal::Axes<hal::In<double>, 3> growth, growth_sigma, slope;
         hal::Turning turning;
         hal::Effects at_once;
@@ -170,8 +170,7 @@ public:
     hal::In<double> stopped_time{
         this, "stopped-time", 2400, "s", "Time constant of the spindle at rest.", hal::machine(times)};
 
-    hal::Effects at_once{this,  hal::Effect::at_once, reference, low, high, pivot, by_speed, speed_sigma,
-                         sigma, reference_speed,      exponent};
+    hal::Effects at_once{this, hal::Effect::at_once, reference, pivot, by_speed, reference_speed, exponent};
 
     void read(Settings& s, hal::SettingsReader& read) noexcept {
         for (std::size_t row = 0; row < sensors_; ++row) {
