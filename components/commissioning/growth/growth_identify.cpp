@@ -120,7 +120,7 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
         drive->stopped_time = law->form.stopped;
         break;
     }
-    // Other sensors judge those of the law.
+    // The other sensors judge the sensors that the law reads.
     for (const auto& sensor : data.sensors)
         if (!numbered.empty() && numbered.size() < GrowthLaw::sensors) number_of(sensor);
     std::vector<const GrowthObservations::Sensor*> judged;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The search tries each law on the blocks that follow those of its fit. A law of several terms is chosen for
-// an axis only where it predicts better than no law and than a line over one temperature, in each block.
+// The search fits each law to the first blocks of a day, and predicts the next block. It chooses a law of
+// several terms for an axis only if this law predicts each block better than no law, and better than a line
+// over one temperature.
 #pragma once
 
 #include "components/commissioning/growth/growth_observations.hpp"

@@ -65,7 +65,8 @@ std::optional<GrowthWatch> learned_watch(const std::vector<const GrowthObservati
                 rises[i] = sensors[static_cast<std::size_t>(i)]->rise(day, t);
             Moment moment;
             moment.contrast = TemperatureWatch::contrasts(rises, judged);
-            moment.block = std::min(static_cast<int>((t - begin) / span * blocks), blocks - 1);
+            moment.block =
+                std::min(static_cast<int>((t - begin) / std::max(span, step) * blocks), blocks - 1);
             days[day].push_back(moment);
         }
     }

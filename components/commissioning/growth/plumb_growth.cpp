@@ -84,9 +84,10 @@ that is no number is a missing value. The law numbers the sensors that it reads,
 The lines are HAL, which has no place for a checksum. The log has one in each line, so you can print the settings again and
 compare.
 
-The test is cut into five parts; the later ones are predicted by the law of those before. A line over one temperature is used
-where it leaves less of them than no law, and a law of more terms where it leaves less than both by far. The comments state what the law
-and no law leave of these parts. An axis that no temperature predicts is not compensated, and the comment says so.)"},
+The program cuts the test into five parts, and predicts each later part by the law of the parts before. It uses a line over one
+temperature if this line predicts better than no law, and a law of more terms if this law predicts much better than both. The comments
+state the error of the law and the error of no law in these parts. If no temperature predicts the growth of an axis, the program does
+not compensate the axis, and the comment says so.)"},
          {"PLAN",
           R"(plumb growth plan --hours 4 offers the course of a growth test that separates the terms of the law of axis_growth:
 speeds and rests, cycle by cycle. It states the standard uncertainty of each term before and after the test, and after a test that is
