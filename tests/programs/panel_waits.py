@@ -74,7 +74,7 @@ def work(ini, seen):
                 with start(ini) as linuxcnc:
                     finger.until(lambda: finger.find("Growth of Z"), "the pages of the machine")
                     finger.press("Growth of Z")
-                    seen[name] = finger.await_text("The machine is off.")
+                    seen[name] = finger.await_text("There is no reference: nothing is corrected.")
                     seen[name + " lowest"] = max(each["y"] + each["height"] for each in finger.widgets() if not each["scrolled"])
                     if name == "first":
                         answer_by_an_output(finger, seen)
