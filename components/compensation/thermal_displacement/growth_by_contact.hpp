@@ -25,8 +25,8 @@ namespace plumb {
 // Work offset and tool length, and when they change. A reason holds for a while after it was given, because
 // the change may come late from another program.
 //
-// A zero takes in the growth at that moment, less the offset that is in force: the growth to come is lower by
-// as much, unless the zero was corrected by it.
+// A zero and a tool length take in the growth at the moment when they are set, less the offset that is in
+// force: the growth to come is lower by as much, unless they were corrected by it. Each keeps its own.
 class ProgramOrigin {
 public:
     static constexpr double patience = 1;  // s for which a reason holds
@@ -49,11 +49,12 @@ public:
         length_changed_ = known_ && now.tool == now_.tool && differ(now.tool_length, now_.tool_length) &&
                           now.tool_length != 0;
         if (offset_changed_) {
-            in_offset_ = now.growth - now.applied_offset;
+            take_in(0, now.work_offset, now);
             if (root_holds_) root_ = before_;
             root_holds_ = reason_ != OriginReason::none || !differ(now.work_offset, root_);
         }
-        if (length_changed_) in_length_ = now.growth - now.applied_offset;
+        if (known_ && (now.tool != now_.tool || differ(now.tool_length, now_.tool_length)))
+            take_in(now.tool, now.tool_length, now);
         now_ = now;
         known_ = true;
     }
@@ -66,18 +67,42 @@ public:
     bool reason_given() const noexcept { return given_; }  // in this period
     OriginReason reason() const noexcept { return reason_; }
 
-    // Growth that the last change has taken in, mu.
-    double in_offset() const noexcept { return in_offset_; }
-    double in_length() const noexcept { return in_length_; }
+    // Growth that this zero, or this length of a tool, has taken in, mu.
+    double in_offset(double offset) const noexcept { return taken_in(0, offset); }
+    double in_length(std::int32_t tool, double length) const noexcept { return taken_in(tool, length); }
 
     static bool differ(double a, double b) noexcept { return std::abs(a - b) > 1e-6; }  // mu
 
 private:
+    // A length of a tool, or with tool 0 a work offset.
+    struct Set {
+        std::int32_t tool = -1;        // none
+        double value = 0, growth = 0;  // mu
+    };
+    const Set* find(std::int32_t tool, double value) const noexcept {
+        const auto* its = std::find_if(sets_.begin(), sets_.end(), [&](const Set& each) {
+            return each.tool == tool && !differ(each.value, value);
+        });
+        return its == sets_.end() ? nullptr : its;
+    }
+    // A value that comes back, such as G54 after G55, was not set anew.
+    void take_in(std::int32_t tool, double value, const Now& now) noexcept {
+        if (find(tool, value)) return;
+        oldest_ = (oldest_ + 1) % sets_.size();
+        sets_[oldest_] = {tool, value, now.growth - now.applied_offset};
+    }
+    double taken_in(std::int32_t tool, double value) const noexcept {
+        const Set* its = find(tool, value);
+        return its ? its->growth : 0;
+    }
+
     Now now_;
     bool known_ = false, offset_changed_ = false, length_changed_ = false, given_ = false;
     OriginReason reason_ = OriginReason::none;
     bool root_holds_ = true;  // no change without a reason has followed it
-    double waited_ = 0, before_ = 0, root_ = 0, in_offset_ = 0, in_length_ = 0;
+    double waited_ = 0, before_ = 0, root_ = 0;
+    std::array<Set, 64> sets_{};
+    std::size_t oldest_ = 0;
 };
 
 // Measures the growth of a spindle cycle by cycle: finds the contacts, learns from a cycle or pairs them
@@ -368,6 +393,7 @@ private:
         }
         const double in_program = plumb::growth(settings.method(), now, before);
         const bool zero = ProgramOrigin::differ(now.work_offset, before.work_offset);
+        const std::int32_t tool = partner.key.tool;
         const GrowthFilter::Reading r = reading(partner, settings);
         const auto expected = filter_.expected(r, settings);
         const double left_out = filter_.displaced(r.gauge, r.feed);
@@ -376,18 +402,20 @@ private:
         if (asked && std::abs(left_out) > 3 * expected.sigma &&
             std::abs(in_program - (expected.mean - left_out)) < 3 * expected.sigma) {
             // What had shifted was measured anew.
-            asked_ = {change, now, before, partner.key.tool};
+            asked_ = {change, now, before, tool};
             explain(OriginReason::zero);
             filter_.shift_is_corrected();
             return;
         }
-        const double taken_in = zero ? origin_.in_offset() : origin_.in_length();
+        const double in_offset = origin_.in_offset(now.work_offset);
+        const double in_length = origin_.in_length(tool, now.tool_length);
+        const double taken_in = zero ? in_offset : in_length;
         const double moved = (in_program - expected.mean) / expected.sigma;
         const double with_it = moved + taken_in / expected.sigma;
         const double stood = (in_program + change - expected.mean) / expected.sigma;
         const bool outside = std::abs(moved) < std::abs(with_it);  // measured where no growth is
         const double nearest = outside ? moved : with_it;
-        Evidence& its = evidence(change, zero ? 0 : partner.key.tool);
+        Evidence& its = evidence(change, zero ? 0 : tool);
         if (std::min(std::abs(nearest), std::abs(stood)) < 3) {
             its.moved += stood * stood - nearest * nearest;
             ++its.contacts;
@@ -398,8 +426,7 @@ private:
             return;
         }
         const bool after_shift = asked_.change != 0 ? asked_.after_shift : filter_.shift_size() != 0;
-        asked_ = {change,     now, before, partner.key.tool, origin_.in_offset(), origin_.in_length(),
-                  after_shift};
+        asked_ = {change, now, before, tool, in_offset, in_length, after_shift};
         unmoved_ = 1;
         if (its.moved < decisive || !(std::abs(nearest) < 3)) return;
         if (outside) asked_.in_offset = asked_.in_length = 0;

@@ -90,13 +90,37 @@ TEST(ProgramOrigin, AChangeTakesInTheGrowthThatIsNotCompensated) {
     machine.now.applied_offset = 0.015;
     machine.now.work_offset = -249;
     machine.step();
-    EXPECT_NEAR(machine.origin.in_offset(), 0.005, 1e-12);
-    EXPECT_EQ(machine.origin.in_length(), 0);
+    EXPECT_NEAR(machine.origin.in_offset(-249), 0.005, 1e-12);
     machine.now.applied_offset = 0.02;
     machine.now.tool_length = 63;
     machine.step();
-    EXPECT_NEAR(machine.origin.in_offset(), 0.005, 1e-12);
-    EXPECT_NEAR(machine.origin.in_length(), 0, 1e-12);
+    EXPECT_NEAR(machine.origin.in_offset(-249), 0.005, 1e-12);
+    EXPECT_NEAR(machine.origin.in_length(2, 63), 0, 1e-12);
+}
+
+TEST(ProgramOrigin, EachZeroAndEachToolKeepsTheGrowthAtWhichItWasSet) {
+    Machine machine;
+    machine.step();
+    machine.now.growth = 0.02;
+    machine.now.tool_length = 62.3;
+    machine.step();
+    machine.now.growth = 0.005;
+    machine.now.tool = 3;  // measured in a rack, and then taken into the spindle
+    machine.now.tool_length = 80;
+    machine.step();
+    machine.now.work_offset = -200;  // G55, set now
+    machine.step();
+    machine.now.growth = 0.03;
+    machine.now.work_offset = -250;  // G54, which was there before all
+    machine.step();
+    machine.now.work_offset = -200;
+    machine.now.tool = 2;
+    machine.now.tool_length = 62.3;
+    machine.step();
+    EXPECT_NEAR(machine.origin.in_length(2, 62.3), 0.02, 1e-12);
+    EXPECT_NEAR(machine.origin.in_length(3, 80), 0.005, 1e-12);
+    EXPECT_NEAR(machine.origin.in_offset(-200), 0.005, 1e-12) << "it came back, and was not set anew";
+    EXPECT_NEAR(machine.origin.in_length(3, 62.3), 0, 1e-12) << "of another tool";
 }
 
 }  // namespace
