@@ -18,7 +18,7 @@ from support.simulations import BUILD, ROOT, simulate_all
 TARGETS = "simulation_grinder sim_elastic_axis chopping"
 PACKAGES = ""
 MATH = "components/math/oscillation/"
-LEARNING, CLIMB, TREND, MODEL = (MATH + name + ".hpp" for name in ("dead_point_learning", "climb", "turn_trend", "overshoot_model"))
+LEARNING, CLIMB, LAW = (MATH + name + ".hpp" for name in ("dead_point_learning", "climb", "turn_law"))
 WATCH = "components/compensation/chopping/dead_point_watch.hpp"
 MECHANISMS = {
     "as shipped": (),
@@ -26,16 +26,17 @@ MECHANISMS = {
     "memory of a passed dead point": (LEARNING, "per_acceleration_ = std::max(per_acceleration_, excess_[upper] / acceleration);", ""),
     "overshoot bounds the climb": (LEARNING, "double growth = slope > 0 ?", "double growth = false ?"),
     "brakes by what was shown": (CLIMB, "its < enough * expected", "false"),
-    "strange where it overshot": (LEARNING, "strange_[i] |= excess_[i] > settings_.inset;", ""),
-    "surprise of a turn": (LEARNING, "its -= surprise;", "(void)surprise;"),
-    "slope of the turns": (TREND, "slope_ = std::clamp((turn.beyond - last_.beyond) / longer, -0.05, 0.3);", "slope_ = guess(turn, power);"),
-    "doubt of the slope": (LEARNING, "its -= trend.doubt(", "its -= 0 * trend.doubt("),
-    "part of a strange overshoot": (LEARNING, "strange_part = 0.75", "strange_part = 0.97"),
-    "part of a strange lag": (LEARNING, "strange_lag_part = 0.9", "strange_lag_part = 0.97"),
-    "less after a start": (LEARNING, "start_part = 0.08", "start_part = 0"),
+    "surprise of a turn": (LAW, "surprise_ = apart > its.doubt - surprise_ ? apart : 0;", "surprise_ = 0 * apart;"),
+    "an odd axis": (LAW, "odd_ |= surprise_ > unit;", ""),
+    "slope by the length": (LAW, "turn.shape == wanted.shape ? longer - 1 : 0", "0 * longer"),
+    "wide slope beside a section": (LAW, "const bool odd = odd_ || !covers(wanted) || wanted.shape != 0;", "const bool odd = odd_;"),
+    "own turns beside a section": (LAW, "if (known && each.turn.shape != wanted.shape) continue;", "(void)known;"),
+    "remembered turns end": (LAW, "if (surprise_ > unit) drop_remembered();", ""),
+    "half of an error is no doubt": (LEARNING, "0.5 * std::abs(now.beyond + used)", "1e9"),
+    "less after a start": (LAW, "(each.turn.starts ? starting : least)", "least"),
     "doubt beside a section": (LEARNING, "doubt = std::max(doubt, uneven_doubt(upper, its.beyond));", ""),
-    "quicker than all others": (LEARNING, " || !turns_[upper].covers(acceleration, length())", ""),
-    "doubt of unlike turns": (MODEL, "strange = 0.2", "strange = 0"),
+    "quicker than all others": (LAW, "bool quick = false;", "bool quick = true;"),
+    "doubt of unlike turns": (LAW, "strange = 0.1", "strange = 0"),
     "inside after a restart": (LEARNING, "again = 0.975", "again = 1"),
     "a turn inside waits a cycle": (LEARNING, "if (!waits(upper)) correct", "correct"),
     "lag of the last strokes": (WATCH, "Event event = lag(now, present);", "Event event = (lag(now, present), Event::none);"),

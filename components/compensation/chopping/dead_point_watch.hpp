@@ -390,15 +390,18 @@ private:
         if (!present.learns || !its.regular) return Event::none;
         lag_.judge(std::abs(error_[upper]) <= learning_.most_beyond());
         const double crank = its.turning * its.length / (2 * its.speed * its.speed);
-        if (its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper])
+        const bool waits_as_now =
+            its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper];
+        if (waits_as_now)
             change_learning().turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
-                                     error_[upper] - its.offset);
+                                     leaving, error_[upper] - its.offset);
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;
         if (doubts_[0] + doubts_[1] > 0 || !present.without_override || its.speed != present.speed)
             return Event::none;
-        if (its.braking != learning_.braking() || !learning_.has(upper, its.bound, its.opposite, its.learned))
+        if (!waits_as_now || its.braking != learning_.braking() ||
+            !learning_.has(upper, its.bound, its.opposite, its.learned))
             return Event::none;
         switch (change_learning().measured(upper, error_[upper], its.offset, its.acceleration, its.speed,
                                            {its.length, leaving})) {

@@ -5,8 +5,7 @@
 #include "components/math/oscillation/end_approach.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
-#include "components/math/oscillation/overshoot_model.hpp"
-#include "components/math/oscillation/turn_trend.hpp"
+#include "components/math/oscillation/turn_law.hpp"
 
 #include <algorithm>
 #include <array>
@@ -197,11 +196,15 @@ public:
         note_weakness();
     }
 
-    // How far the axis turned beyond the commanded end of any stroke.
-    void turned(bool upper, const OvershootModel::Turn& turn, double beyond) noexcept {
+    // How far the axis turned beyond the commanded end of any stroke, which had the length of the turn. It
+    // turns by the mean of this stroke and of the one that leaves.
+    void turned(bool upper, TurnLaw::Turn turn, double leaving, double beyond) noexcept {
+        turn = stretched(turn, (turn.length + leaving) / 2);
         // The last one of a pause leaves with more acceleration than its own stroke has.
         const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;
-        if (turns_[upper].empty() || !pauses) turns_[upper].add(turn, beyond);
+        turn.shape = shape();
+        turn.starts = predicts_[upper];
+        if (laws_[upper].empty() || !pauses) laws_[upper].add(turn, beyond, settings_.most_beyond);
         if (predicts_[upper]) predict(upper);
     }
 
@@ -221,11 +224,10 @@ public:
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
         known_[upper] = true;
-        const bool predicted = std::exchange(predicts_[upper], false);
+        predicts_[upper] = false;
         if (was_learned_) shift_[upper] = excess_[upper] - steady_excess_[upper];
         if (climb_.complete()) {
-            const Lengths its = lengths.before > 0 ? lengths : Lengths{whole_length(), whole_length()};
-            if (!waits(upper)) correct(upper, error, used, its, predicted);
+            if (!waits(upper)) correct(upper, error, used);
             reference_[upper] = acceleration;
         } else if (beyond) {
             offset_[upper] = placed(std::min(offset_[upper], used - error));
@@ -315,11 +317,9 @@ private:
         slow_ = force_ = unknown;
         last_turning_ = 0;
         reference_ = lengths_ = slopes_ = {};
-        strange_ = {!settings_.even, !settings_.even};
-        remembers_ = {false, false};
-        for (TurnTrend& each : trends_) each.begin();
+        for (TurnLaw& each : laws_) each.begin();
         for (const std::size_t i : {0, 1}) {
-            predicts_[i] = at_full_speed() && !turns_[i].empty() && settings_.reversal[i] > 0;
+            predicts_[i] = at_full_speed() && !laws_[i].empty();
             if (predicts_[i]) predict(i);
         }
         known_ = {false, false};
@@ -338,27 +338,48 @@ private:
         excess_speed_[0] = excess_speed_[1] = stroke_.speed * climb_.factor();
     }
 
-    // An end by the strokes that the joint has made, inside by the doubt of that. The ends that move make the
-    // stroke longer.
+    int shape() const noexcept { return settings_.even ? 0 : number_; }
+
+    // The same turn between strokes of another mean length.
+    TurnLaw::Turn stretched(TurnLaw::Turn turn, double length_now) const noexcept {
+        const double longer = length_now / turn.length;
+        turn.length = length_now;
+        turn.acceleration *= std::pow(longer, settings_.stretching);
+        turn.leaving *= std::pow(longer, settings_.stretching);
+        return turn;
+    }
+    TurnLaw::Turn turn_of(bool upper, double length_now) const noexcept {
+        const double its = settings_.reversal[upper];
+        return stretched({its, its, length(), settings_.crank, shape()}, length_now);
+    }
+    TurnLaw::Prediction predicted(bool upper, const TurnLaw::Turn& turn) const noexcept {
+        return laws_[upper].predict(turn, settings_.most_beyond);
+    }
+
+    // An end by the turns that the joint has made, inside by the doubt of the law. The ends that move make
+    // the strokes longer.
     void predict(bool upper) noexcept {
-        double longer = 0;
-        OvershootModel::Prediction its;
-        double acceleration = settings_.reversal[upper];
+        TurnLaw::Turn turn = turn_of(upper, length());
+        TurnLaw::Prediction its;
         for (int i = 0; i < 4; ++i) {
-            const double whole = length() + longer;
-            acceleration = settings_.reversal[upper] * std::pow(whole / length(), settings_.stretching);
-            its = turns_[upper].predict({acceleration, acceleration, whole, settings_.crank},
-                                        settings_.most_beyond);
-            longer = std::clamp(-2 * its.beyond, -0.5 * length(), 0.5 * length());
+            its = predicted(upper, turn);
+            const double longer = std::clamp(-2 * its.beyond, -0.5 * length(), 0.5 * length());
+            turn = turn_of(upper, length() + longer);
         }
         double doubt = its.doubt;
-        strange_[upper] = !settings_.even || !turns_[upper].covers(acceleration, length());
-        if (strange_[upper]) doubt = std::max(doubt, uneven_doubt(upper, its.beyond));
-        offset_[upper] = placed(-its.beyond - doubt);
+        if (!laws_[upper].covers(turn)) doubt = std::max(doubt, uneven_doubt(upper, its.beyond));
         excess_[upper] = its.beyond;
         reference_[upper] = settings_.reversal[upper];
-        lengths_[upper] = length() + longer;
-        slopes_[upper] = TurnTrend::careful({its.beyond, lengths_[upper]}, settings_.stretching);
+        aim(upper, -its.beyond - doubt, turn);
+    }
+
+    // Takes an end, for strokes as this turn has them.
+    void aim(bool upper, double its, const TurnLaw::Turn& turn) noexcept {
+        offset_[upper] = placed(its);
+        lengths_[upper] = turn.length;
+        const TurnLaw::Turn longer = stretched(turn, 1.01 * turn.length);
+        slopes_[upper] =
+            (predicted(upper, longer).beyond - predicted(upper, turn).beyond) / (0.01 * turn.length);
     }
 
     // Mu, of a turn beside a section, which no even stroke explains, and of a stroke that is quicker than all
@@ -371,7 +392,7 @@ private:
     }
 
     void forget_turns() noexcept {
-        for (OvershootModel& each : turns_) each.forget();
+        for (TurnLaw& each : laws_) each.forget();
         approach_.begin();
     }
 
@@ -385,41 +406,21 @@ private:
         return std::max(std::sqrt(std::max(now, before * Climb::pause)), slow);
     }
 
-    // After the first turn since a start, whose end was predicted, it ends inside: the start is still in it.
-    void correct(bool upper, double error, double used, const Lengths& lengths, bool predicted) noexcept {
-        TurnTrend& trend = trends_[upper];
-        const TurnTrend::Turn turn{error - used, (lengths.before + lengths.after) / 2};
-        const bool had = std::exchange(remembers_[upper], false);
-        const bool remembers = had && trend.explains(turn, settings_.most_beyond + 0.02 * settings_.inset);
-        if (had && !remembers) trend.begin();  // it was a turn of another axis
-        const double surprise = trend.surprise(turn);
-        trend.add(turn, settings_.stretching, least_longer());
-        const double others = length() + offset_[!upper];
+    // A learned end by a part of its error, any other one by the law of its turns. At most half of the error
+    // is a doubt, so that a small one ends.
+    void correct(bool upper, double error, double used) noexcept {
+        const TurnLaw& law = laws_[upper];
         const bool within = std::abs(error) <= settings_.tolerance;
-        const bool gently = (was_learned_ || within) && error <= settings_.most_beyond;
+        const bool gently = law.empty() || ((was_learned_ || within) && error <= settings_.most_beyond);
+        const TurnLaw::Turn turn = law.empty() ? turn_of(upper, length()) : law.last();
+        const double others = length() + offset_[!upper];
         double its = used - (gently ? settings_.gain : 1) * error;
-        if (remembers && error <= settings_.tolerance) {
-            const Learned* known = strokes_.find(stroke_);
-            its = std::min(trend.end(others), its + 0.8 * settings_.most_beyond);
-            if (known) its = std::min(its, known->offset[upper]);
-        } else if (!gently && error < 0) {
-            const double part = !trend.guesses() || !strange_[upper] ? nearly_all
-                                : turn.beyond > 0                    ? strange_part
-                                                                     : strange_lag_part;
-            its = used + part * (trend.end(others) - used);
-            if (predicted && !strange_[upper])
-                its -= std::min(start_part * std::abs(turn.beyond), 0.8 * settings_.most_beyond);
+        for (int i = 0; i < 4 && !gently; ++i) {
+            const TurnLaw::Prediction now = predicted(upper, stretched(turn, others + its));
+            its = -now.beyond -
+                  std::min(now.doubt, std::max(0.5 * std::abs(now.beyond + used), law.surprise()));
         }
-        if (!was_learned_ && error < settings_.tolerance) {
-            its -= trend.doubt(others + its, strange_[upper] ? 0.3 : 0.5);
-            if (strange_[upper] && settings_.even) its -= surprise;
-            // It turns by the strokes before and after it in an unknown proportion.
-            const double apart = std::abs(lengths.after - lengths.before);
-            if (strange_[upper]) its -= 0.2 * std::abs(turn.beyond) / turn.length * apart;
-        }
-        offset_[upper] = placed(its);
-        lengths_[upper] = others + offset_[upper];
-        slopes_[upper] = trend.slope();
+        aim(upper, its, stretched(turn, others + placed(its)));
     }
 
     Verdict cycle() noexcept {
@@ -446,8 +447,6 @@ private:
         cycles_ = 0;
         steady_excess_ = excess_;
         steady_offset_ = offset_;
-        steady_trends_ = trends_;
-        steady_slopes_ = slopes_;
         doubted_ = false;
         if (climb_.capped()) return Verdict::none;  // not learned for the full speed
         const Learned* known = strokes_.find(stroke_);
@@ -478,9 +477,7 @@ private:
     // To the last cycle that was right.
     void go_back() noexcept {
         offset_ = steady_offset_;
-        trends_ = steady_trends_;
-        slopes_ = steady_slopes_;
-        lengths_ = {whole_length(), whole_length()};
+        for (const std::size_t i : {0, 1}) aim(i != 0, offset_[i], turn_of(i != 0, whole_length()));
     }
 
     // The first time learning begins again. After the second one the speed stays at the last good one.
@@ -502,7 +499,6 @@ private:
             if (now - last_turning_ > 0.05 * now && last_turning_ > 0)
                 slope = std::max(slope, (excess_[i] - last_excess_[i]) / (now - last_turning_));
             offset_[i] = placed(-settings_.inset - std::max(excess_[i], 0.0));
-            strange_[i] |= excess_[i] > settings_.inset;  // a loop with an integral: at full speed it lags
         }
         last_turning_ = now;
         last_excess_ = excess_;
@@ -550,12 +546,10 @@ private:
         reference_ = {known.reversal, known.reversal};
         const double whole = length() + known.offset[0] + known.offset[1];
         for (const std::size_t i : {0, 1}) {
-            const TurnTrend::Turn turn{-known.offset[i], whole};
-            trends_[i].begin();
-            trends_[i].add(turn, settings_.stretching, 0);
-            lengths_[i] = whole;
-            slopes_[i] = TurnTrend::careful(turn, settings_.stretching);
-            remembers_[i] = true;
+            TurnLaw::Turn turn = turn_of(i != 0, whole);
+            turn.remembered = true;
+            laws_[i].add(turn, -known.offset[i], settings_.most_beyond);
+            aim(i != 0, offset_[i], turn);
         }
     }
 
@@ -609,11 +603,8 @@ private:
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
 
-    static constexpr double seen_part = 0.95;  // of the peak of a crank, in a mean of 30 degrees
-    static constexpr double nearly = 1.1;      // times the proven acceleration is proven, too
-    // Of an error: a correction, and the first one where no stroke explains the turn: an overshoot, a lag.
-    static constexpr double nearly_all = 0.97, strange_part = 0.75, strange_lag_part = 0.9;
-    static constexpr double start_part = 0.08;      // of a turn, by which the start moves it
+    static constexpr double seen_part = 0.95;       // of the peak of a crank, in a mean of 30 degrees
+    static constexpr double nearly = 1.1;           // times the proven acceleration is proven, too
     static constexpr double largest_growth = 0.05;  // of the length
     static constexpr double again = 0.975;          // of a correction, in the first stroke of a region
     static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
@@ -640,12 +631,7 @@ private:
     std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
     std::array<double, 2> lengths_{};    // mu, of the strokes for which the offsets are; 0: any
     std::array<double, 2> slopes_{};     // of the turns, by that length
-    std::array<TurnTrend, 2> trends_{};
-    std::array<TurnTrend, 2> steady_trends_{};
-    std::array<double, 2> steady_slopes_{};
-    std::array<bool, 2> strange_{};    // no stroke of the joint explains the turn
-    std::array<bool, 2> remembers_{};  // the last turn is a remembered one
-    std::array<OvershootModel, 2> turns_{};
+    std::array<TurnLaw, 2> laws_{};
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;
     double proven_ = 0;                // mu/s2, of this joint since the start
