@@ -393,8 +393,9 @@ private:
         const bool waits_as_now =
             its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper];
         if (waits_as_now)
-            change_learning().turned(upper, {its.turning, its.turning / its.braking, its.length, crank},
-                                     leaving, error_[upper] - its.offset);
+            change_learning().turned(upper, its.learned,
+                                     {its.turning, its.turning / its.braking, its.length, crank}, leaving,
+                                     error_[upper] - its.offset);
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;
         if (doubts_[upper] >= 2) return Event::wrong_scale;

@@ -37,7 +37,7 @@ public:
         double tolerance = 0;              // mu, of a learned dead point
         double most_beyond = 0;            // mu, beyond a dead point
         double demand = 0;                 // mu/s2, the largest acceleration of the stroke at full speed
-        std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed; 0: unknown
+        std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed
         double crank = 1;                  // that acceleration, to that of a crank of the same speed
         int stretching = -1;               // the power of the length with which it goes
         // The length, to the way from the last change of speed to an end.
@@ -196,9 +196,11 @@ public:
         note_weakness();
     }
 
-    // How far the axis turned beyond the commanded end of any stroke, which had the length of the turn. It
-    // turns by the mean of this stroke and of the one that leaves.
-    void turned(bool upper, TurnLaw::Turn turn, double leaving, double beyond) noexcept {
+    // How far the axis turned beyond the commanded end of a stroke, which had the length of the turn, between
+    // strokes of the selected kind at any speed. It turns by the mean of this stroke and of the one that
+    // leaves. `number` is that of restrain().
+    void turned(bool upper, int number, TurnLaw::Turn turn, double leaving, double beyond) noexcept {
+        if (number != number_) return;
         turn = stretched(turn, (turn.length + leaving) / 2);
         // The last one of a pause leaves with more acceleration than its own stroke has.
         const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;

@@ -19,7 +19,7 @@ constexpr double um = 1e-3;
 constexpr DeadPointLearning::Stroke stroke{10, 40, 100, 1000, 0}, with_section{10, 40, 100, 1000, 1};
 
 DeadPointLearning::Settings usual() {
-    return {0.3, 0.7, 1, 2 * um, 5 * um, 600};
+    return {0.3, 0.7, 1, 2 * um, 5 * um, 600, {600, 600}};
 }
 
 // Strokes of an axis between 10 and 40, as cosines, and what the watch makes of them.
