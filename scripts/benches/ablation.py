@@ -30,6 +30,7 @@ MECHANISMS = {
     "an odd axis": (LAW, "odd_ |= surprise_ > unit;", ""),
     "slope by the length": (LAW, "turn.shape == wanted.shape ? longer - 1 : 0", "0 * longer"),
     "wide slope beside a section": (LAW, "const bool odd = odd_ || !covers(wanted) || wanted.shape != 0;", "const bool odd = odd_;"),
+    "no turn between two kinds": (LEARNING, "if (number != number_) return;", "(void)number;"),
     "own turns beside a section": (LAW, "if (known && each.turn.shape != wanted.shape) continue;", "(void)known;"),
     "remembered turns end": (LAW, "if (surprise_ > unit) drop_remembered();", ""),
     "half of an error is no doubt": (LEARNING, "0.5 * std::abs(now.beyond + used)", "1e9"),

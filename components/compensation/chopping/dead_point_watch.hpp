@@ -389,12 +389,10 @@ private:
         error_[upper] = upper ? position_[1] - its.bound : its.bound - position_[0];
         if (!present.learns || !its.regular) return Event::none;
         lag_.judge(std::abs(error_[upper]) <= learning_.most_beyond());
-        const double crank = its.turning * its.length / (2 * its.speed * its.speed);
         const bool waits_as_now =
             its.wait == present.wait[upper] && arrival_[!upper].wait == present.wait[!upper];
         if (waits_as_now)
-            change_learning().turned(upper, its.learned,
-                                     {its.turning, its.turning / its.braking, its.length, crank}, leaving,
+            change_learning().turned(upper, its.learned, its.speed, its.braking, {its.length, leaving},
                                      error_[upper] - its.offset);
         const bool plausible = learning_.plausible(upper, error_[upper], its.offset, its.speed);
         doubts_[upper] = plausible ? 0 : doubts_[upper] + 1;

@@ -196,24 +196,26 @@ public:
         note_weakness();
     }
 
-    // How far the axis turned beyond the commanded end of a stroke, which had the length of the turn, between
-    // strokes of the selected kind at any speed. It turns by the mean of this stroke and of the one that
-    // leaves. `number` is that of restrain().
-    void turned(bool upper, int number, TurnLaw::Turn turn, double leaving, double beyond) noexcept {
-        if (number != number_) return;
-        turn = stretched(turn, (turn.length + leaving) / 2);
-        // The last one of a pause leaves with more acceleration than its own stroke has.
-        const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;
-        turn.shape = shape();
-        turn.starts = predicts_[upper];
-        if (laws_[upper].empty() || !pauses) laws_[upper].add(turn, beyond, settings_.most_beyond);
-        if (predicts_[upper]) predict(upper);
-    }
-
     // Mu, of the commanded strokes before and after a dead point; 0: as the ends are now.
     struct Lengths {
         double before, after;
     };
+
+    // How far the axis turned beyond the commanded end of a stroke, at any speed of the selected stroke. It
+    // braked by a part of the acceleration with which it left. `number` is that of restrain().
+    void turned(bool upper, int number, double speed, double braking, const Lengths& lengths,
+                double beyond) noexcept {
+        if (number != number_) return;
+        const double faster = speed / stroke_.speed;
+        TurnLaw::Turn turn = turn_of(upper, (lengths.before + lengths.after) / 2);
+        turn.leaving *= faster * faster;
+        turn.acceleration = braking * turn.leaving;
+        // The last one of a pause leaves with more acceleration than its own stroke has.
+        const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;
+        turn.starts = predicts_[upper];
+        if (laws_[upper].empty() || !pauses) laws_[upper].add(turn, beyond, settings_.most_beyond);
+        if (predicts_[upper]) predict(upper);
+    }
 
     // A measured dead point: its error (positive beyond the dead point), the offset that its stroke had, the
     // acceleration of the reversal, the speed, and the lengths, of strokes at the present speed factor.

@@ -332,7 +332,6 @@ private:
         arrival_ = leg().arrival;
         arrival_.happened = true;
         arrival_.length = std::abs(plan().to() - plan().from());
-        arrival_.turning = plan().last_acceleration();
         arrival_.infeed = !leg().sparks && !withdraws();
     }
 

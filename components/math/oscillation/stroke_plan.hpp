@@ -46,8 +46,6 @@ public:
     bool upward() const noexcept { return to_ > from_; }
     double duration() const noexcept { return duration_; }  // s
     const Reciprocation& shape() const noexcept { return shape_; }
-    // mu/s2, at least 0, before the dead point at its end.
-    double last_acceleration() const noexcept { return std::abs(acceleration_[count_ - 2]); }
     bool limited() const noexcept { return limited_; }  // a section, or the rest, does not reach its speed
 
     // At `time` s from the start; before and after it the stroke rests. `node` is where the last moment was,
@@ -311,7 +309,6 @@ struct OscillationLeg {
         double speed = 0;         // mu/s, peak
         double braking = 1;       // part of the acceleration
         double length = 0;        // of the stroke
-        double turning = 0;       // mu/s2, of its last moment
         double wait = 0;          // s, the longest one after it
     };
 

@@ -52,7 +52,7 @@ struct Strokes {
         end.opposite = upward_ ? 10 : 40;
         end.offset = learning.offset(upward_, a, speed);
         end.learned = planned.learned;
-        end.acceleration = end.turning = a;
+        end.acceleration = a;
         end.speed = speed;
         end.braking = learning.braking();
         const double from = place_, to = end.bound + (upward_ ? end.offset : -end.offset);

@@ -33,7 +33,7 @@ int number_of(const DeadPointLearning& learning) {
 // A turn at full speed, of a stroke with this length.
 Verdict turn_at(DeadPointLearning& learning, bool upper, double error, double used, double speed = 100,
                 DeadPointLearning::Lengths lengths = {30, 30}) {
-    learning.turned(upper, number_of(learning), {600, 600, lengths.before, 1}, lengths.after, error - used);
+    learning.turned(upper, number_of(learning), speed, 1, lengths, error - used);
     return learning.measured(upper, error, used, 600, speed, lengths);
 }
 
@@ -61,7 +61,7 @@ struct Axis {
             EXPECT_TRUE(learning.plausible(upper, error, used, 100 * k));
             // A dead point is measured before the stroke that leaves it has shown its acceleration.
             if (learning.shown(upper, acceleration, std::min(follows * acceleration, force))) continue;
-            learning.turned(upper, number_of(learning), {acceleration * learning.braking(), acceleration, length, 1}, length,
+            learning.turned(upper, number_of(learning), 100 * k, learning.braking(), {length, length},
                             error - used);
             verdict = learning.measured(upper, error, used, acceleration, 100 * k);
             if (verdict != Verdict::none) break;
@@ -422,7 +422,8 @@ TEST(DeadPointLearning, BesideASectionItBeginsInsideWhereAnEvenStrokeLags) {
     learning.select(stroke, settings);
     for (int i = 0; i < 30; ++i) {
         axis.cycle(learning);
-        for (const bool upper : {false, true}) learning.turned(upper, number_of(learning), {600, 600, 30, 1}, 30, -0.2);
+        for (const bool upper : {false, true})
+            learning.turned(upper, number_of(learning), 100, 1, {30, 30}, -0.2);
     }
     settings.even = false;
     learning.select({10, 40, 100, 1000, 1}, settings);
@@ -448,7 +449,7 @@ struct LaggingAxis {
             const double beyond = -lag * k * k * std::pow(30 / mean, falls), error = ends[upper] + beyond;
             farthest = std::max(farthest, error);
             learning.shown(upper, 600 * k * k, 600 * k * k);
-            learning.turned(upper, number_of(learning), {600 * k * k, 600 * k * k, before, 1}, after, beyond);
+            learning.turned(upper, number_of(learning), 100 * k, 1, {before, after}, beyond);
             learning.measured(upper, error, ends[upper], 600 * k * k, 100 * k, {before, after});
         }
         return farthest;
@@ -515,9 +516,9 @@ TEST(DeadPointLearning, ATurnOfAStrokeThatWasPlannedBeforeTheSectionTeachesNothi
     settings.even = false;
     learning.select({10, 40, 100, 1000, 1}, settings);
     const double end = learning.offset(false, 600, 100);
-    learning.turned(false, before, {600, 600, 30, 1}, 30, -0.2);
+    learning.turned(false, before, 100, 1, {30, 30}, -0.2);
     EXPECT_EQ(learning.offset(false, 600, 100), end);
-    learning.turned(false, number_of(learning), {600, 600, 30, 1}, 30, -0.2);
+    learning.turned(false, number_of(learning), 100, 1, {30, 30}, -0.2);
     EXPECT_GT(learning.offset(false, 600, 100), end);
 }
 
@@ -531,7 +532,8 @@ TEST(DeadPointLearning, AnOvershootBesideASectionGrowsWithTheSquareOfTheFrequenc
         learning.select(stroke, settings);
         for (int i = 0; i < 30; ++i) {
             axis.cycle(learning);
-            for (const bool upper : {false, true}) learning.turned(upper, number_of(learning), {600, 600, 30, 1}, 30, 0.02);
+            for (const bool upper : {false, true})
+                learning.turned(upper, number_of(learning), 100, 1, {30, 30}, 0.02);
         }
         settings.even = false;
         settings.shortness = {shortness, 1};

@@ -132,7 +132,7 @@ TEST(StrokePlan, WithoutSectionsAndLimitsIsTheHarmonicStroke) {
     }
     EXPECT_NEAR(up->at(1e-6).acceleration, 800, 0.1);
     EXPECT_LE(up->at(1e-6).acceleration, 800);
-    EXPECT_NEAR(up->last_acceleration(), 800, 0.1);
+    EXPECT_NEAR(up->at(up->duration() - 1e-6).acceleration, -800, 0.1);
 }
 
 TEST(StrokePlan, BeginsAndEndsAtRestExactlyAtItsDeadPoints) {
