@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // Where an axis turns, and whether it follows as it did. DeadPointMeter measures a turn, MeasuredPhase the
-// phase between turns, SlipWatch judges the scale. DeadPointWatch compares with the command, and learns.
+// phase between turns, SlipWatch judges the scale, LagModel the lag, ShownAcceleration the force of the
+// drive. DeadPointWatch compares with the command, and learns.
 #pragma once
 
 #include "components/math/blocks/pi.hpp"
 #include "components/math/oscillation/dead_point_learning.hpp"
-#include "components/math/oscillation/lag_model.hpp"
-#include "components/math/oscillation/shown_acceleration.hpp"
 #include "components/math/oscillation/stroke_plan.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -231,6 +233,164 @@ private:
     double hardest_ = std::numeric_limits<double>::min();
     Means means_;
     double last_ = none, difference_ = none;  // mu, scale minus motor: of the last stroke; before any slip
+};
+
+// The lag of an axis behind its command, as it was in its last strokes:
+//
+//     lag = a velocity + b acceleration + c sign(velocity)
+//
+// by least squares, in which each stroke counts half as much as the next one. A sample is compared with the
+// strokes before its own, so that a jam does not explain itself. Nor does the stroke in which a force drops
+// explain the next one: once an axis has learned, a stroke counts only if its dead point is right.
+class LagModel {
+public:
+    void begin() noexcept {
+        past_ = {};
+        coefficients_.setZero();
+        band_ = peak_ = speed_ = length_ = 0;
+        strokes_ = 0;
+        now_ = last_ = {};
+    }
+
+    // A stroke with this peak speed and length begins. The last one is left out if it was not whole, and
+    // waits for judge() if `waits`.
+    void stroke(bool whole, bool waits, double speed, double length) noexcept {
+        last_ = whole && now_.count > 20 ? now_ : Sums{};
+        if (!waits) learn();
+        now_ = {};
+        now_.speed = speed;
+        now_.length = length;
+    }
+
+    // Whether the dead point at the end of the stroke that waits is right.
+    void judge(bool right) noexcept {
+        if (right)
+            learn();
+        else
+            last_ = {};
+    }
+
+    // Returns by how much the lag differs from that of the last strokes, mu.
+    double step(double command, double velocity, double acceleration, double measured) noexcept {
+        const double lag = command - measured, sign = velocity / (std::abs(velocity) + 1e-3 * speed_ + 1e-9);
+        const Eigen::Vector3d row{velocity, acceleration, sign};
+        now_.square += row * row.transpose();
+        now_.product += row * lag;
+        ++now_.count;
+        now_.peak = std::max(now_.peak, std::abs(lag));
+        const double rest = lag - coefficients_.dot(row);
+        now_.band = std::max(now_.band, std::abs(rest));
+        return known() ? rest : 0;
+    }
+
+    // Three strokes have been learned.
+    bool known() const noexcept { return strokes_ >= 3; }
+    int strokes() const noexcept { return strokes_; }
+    double band() const noexcept { return band_; }      // mu, the largest difference in the last strokes
+    double peak() const noexcept { return peak_; }      // mu, the largest lag in the last stroke
+    double speed() const noexcept { return speed_; }    // mu/s, the peak of the last stroke
+    double length() const noexcept { return length_; }  // mu, of the last stroke
+
+private:
+    struct Sums {
+        Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+        Eigen::Vector3d product = Eigen::Vector3d::Zero();
+        double speed = 0, length = 0, peak = 0, band = 0;
+        int count = 0;
+    };
+
+    // From the last stroke.
+    void learn() noexcept {
+        const Sums its = std::exchange(last_, {});
+        if (its.count == 0) return;
+        past_.square = past_.square / 2 + its.square / its.count;
+        past_.product = past_.product / 2 + its.product / its.count;
+        const double faster = speed_ > 0 ? its.speed / speed_ : 1;
+        band_ = strokes_ >= 2 ? std::max(its.band, 0.7 * band_ * faster * faster) : 0;
+        peak_ = its.peak;
+        speed_ = its.speed;
+        length_ = its.length;
+        if (strokes_ < 1000) ++strokes_;
+        solve();
+    }
+
+    void solve() noexcept {
+        Eigen::Matrix3d square = past_.square;
+        square.diagonal() *= 1 + 1e-9;
+        const Eigen::LDLT<Eigen::Matrix3d> solver(square);
+        if (solver.vectorD().minCoeff() > 0) coefficients_ = solver.solve(past_.product);
+    }
+
+    Sums now_, last_, past_;  // of this stroke, of the last one, of those before
+    Eigen::Vector3d coefficients_ = Eigen::Vector3d::Zero();
+    double band_ = 0, peak_ = 0, speed_ = 0, length_ = 0;
+    int strokes_ = 0;
+};
+
+// The largest inward acceleration of a command and of an axis in the accelerating half of a stroke, each
+// after its own reversal: friction hinders there, and helps before. By second differences over a sixth of the
+// stroke, so that noise of a scale and vibration hardly show.
+class ShownAcceleration {
+public:
+    // A stroke begins that takes so many s.
+    void begin(bool upward, double duration, double dt) noexcept {
+        sign_ = upward ? 1 : -1;
+        const double span = std::max(duration / dt / 12, 1.0);
+        stride_ = static_cast<std::size_t>(std::ceil(span / most));
+        span_ = static_cast<std::size_t>(std::lround(span / static_cast<double>(stride_)));
+        span_ = std::clamp(span_, std::size_t{1}, most);
+        step_ = static_cast<double>(span_ * stride_) * dt;
+        left_ = static_cast<std::size_t>(std::ceil(0.6 * duration / dt));
+        skipped_ = 0;
+        command_ = axis_ = {};
+        valid_ = true;
+    }
+
+    void cancel() noexcept { valid_ = false; }
+
+    // Returns true once, when the accelerating half is over.
+    bool step(double command, double measured) noexcept {
+        if (!valid_) return false;
+        if (skipped_++ % stride_ == 0) {
+            command_.step(sign_ * command, span_);
+            axis_.step(sign_ * measured, span_);
+        }
+        if (left_-- > 1) return false;
+        valid_ = false;
+        return command_.largest > 0;
+    }
+
+    double commanded() const noexcept { return command_.largest / (step_ * step_); }  // mu/s2
+    double done() const noexcept { return axis_.largest / (step_ * step_); }
+
+private:
+    static constexpr std::size_t most = 16;  // samples of one difference
+
+    struct Motion {
+        void step(double inward, std::size_t span) noexcept {
+            const std::size_t size = samples.size(), now = next;
+            next = (next + 1) % size;
+            samples[now] = inward;
+            if (count == 0 || inward < farthest) {  // it has not turned yet
+                farthest = inward;
+                count = 1;
+                return;
+            }
+            if (++count <= 2 * span) return;
+            const double middle = samples[(now + size - span) % size];
+            const double first = samples[(now + size - 2 * span) % size];
+            largest = std::max(largest, inward - 2 * middle + first);
+        }
+
+        std::array<double, 2 * most + 1> samples{};
+        std::size_t next = 0, count = 0;
+        double farthest = 0, largest = 0;
+    };
+
+    Motion command_, axis_;
+    std::size_t span_ = 1, stride_ = 1, skipped_ = 0, left_ = 0;
+    double step_ = 1, sign_ = 1;
+    bool valid_ = false;
 };
 
 // Watches the axis in each period: its lag, the acceleration that it shows, and its dead points. Compares

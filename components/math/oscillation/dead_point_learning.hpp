@@ -2,7 +2,6 @@
 #pragma once
 
 #include "components/math/oscillation/climb.hpp"
-#include "components/math/oscillation/end_approach.hpp"
 #include "components/math/oscillation/learned_strokes.hpp"
 #include "components/math/oscillation/oscillation_settings.hpp"
 #include "components/math/oscillation/turn_law.hpp"
@@ -44,14 +43,6 @@ public:
         std::array<double, 2> shortness{1, 1};
         bool even = true;  // without sections and waits
         int command = 0;   // a number that changes with the way from stroke to command
-
-        bool operator==(const Settings& other) const noexcept {
-            return inset == other.inset && gain == other.gain && most == other.most &&
-                   tolerance == other.tolerance && most_beyond == other.most_beyond &&
-                   demand == other.demand && reversal == other.reversal && crank == other.crank &&
-                   stretching == other.stretching && shortness == other.shortness && even == other.even &&
-                   command == other.command;
-        }
     };
 
     // What a measured dead point has brought. passed: the axis or its scale went beyond, which the next dead

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/end_approach.hpp"
+#include "components/math/oscillation/climb.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/math/oscillation/lag_model.hpp"
-#include "components/math/oscillation/shown_acceleration.hpp"
+#include "components/compensation/chopping/dead_point_watch.hpp"
 
 #include "components/math/blocks/pi.hpp"
 
