@@ -24,7 +24,7 @@ from support.recordings import read_columns
 from support.rivals import SIMPLE
 from support.simulations import ROOT, duration_text, simulate_all
 
-TARGETS = "simulation_mill"
+TARGETS = "simulation_mill plumb-growth"
 MEASURED = os.path.join(ROOT, "configs", "mill", "measured_growth.csv")
 PERIOD = 0.004  # s, of the thread: four times that of the bench, which costs a quarter of the time
 EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer
@@ -159,8 +159,7 @@ def bench(count, first, duration, measured, place=None):
 
 def curves(options):
     """The lines of a table of the measured curves."""
-    columns, units = (options.time, options.growth, options.speed), (options.time_unit, options.growth_unit)
-    read = [growth_curves.read_curve(path, columns, units) for path in options.curve]
+    read = [growth_curves.read_curve(path, *options.head) for path in options.curve]
     names = [os.path.basename(path) for path in options.curve]
     phases = options.phase or [0]
     tasks = [(curve, 0, options.rate, phase, options.no_speed) for curve in read for phase in phases]
@@ -179,10 +178,7 @@ def main():
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="the first of them")
     parser.add_argument("--for", type=duration_of, default="4h", dest="duration", metavar="TIME", help="such as 90min or 4h (default: 4h)")
     parser.add_argument("--curve", action="append", metavar="FILE", help="a measured curve as the growth of the mill; may be repeated")
-    for what in ("time", "growth", "speed"):
-        parser.add_argument(f"--{what}", metavar="COLUMN", help=f"the column of the {what} in FILE (default: by its name)")
-    parser.add_argument("--time-unit", choices=growth_curves.SECONDS, help="of that column (default: by name and values)")
-    parser.add_argument("--growth-unit", choices=growth_curves.MILLIMETRES, help="of that column (default: by name and values)")
+    parser.add_argument("--head", action="append", default=[], metavar="HEAD=HEAD", help="reads a head of FILE as another one, such as 'ch2=Z (um)'; may be repeated")
     parser.add_argument("--rate", type=whole(100, 10000), default=1000, metavar="HZ", help="of the thread, with --curve (default: 1000)")
     parser.add_argument("--phase", type=whole(0, 299), action="append", metavar="S", help="from the start of a curve to the first part; may be repeated (default: 0)")
     parser.add_argument("--no-speed", action="store_true", help="with --curve: the component does not see the speed of the spindle")

@@ -2,6 +2,7 @@
 """plumb growth on logs of the simulated machine, on logs that are broken, and on numbers from elsewhere."""
 
 import glob
+import datetime
 import json
 import math
 import os
@@ -214,8 +215,8 @@ class Report(unittest.TestCase):
         def changed(field, value):
             return "\n".join(lines[:first] + [",".join(touch[:field] + [value] + touch[field + 1 :])] + lines[first + 1 :])
         cases = [
-            ("", "is empty"),
-            ("\n", ":1: is no growth log"),
+            ("", "there are no rows in it. The file was read as a table, as it does not begin with 'growth-log,'"),
+            ("\n", "there are no rows in it"),
             (self.text.replace("growth-log,1", "growth-log,3"), ":1: is of version '3'; this plumb reads versions 1 and 2"),
             (self.text.replace("growth-log,1", "growth-log,2"), ":1: has no checksum"),
             (with_checksums(self.text).replace("unit,1", "unit,2"), ":4: does not fit its checksum"),
@@ -227,7 +228,7 @@ class Report(unittest.TestCase):
             (changed(5, "17"), ":%d: the bore is '17'" % (first + 1)),
             ("\n".join(line for line in lines if not line.startswith("machine")), "has no line 'machine'"),
             ("\n".join(lines[:8]) + "\n", "has no record"),
-            ("\x00\xff" * 50, "is no growth log"),
+            ("\x00\xff" * 50, "is no text"),
         ]
         for text, reason in cases:
             path = self.write("broken.csv", text)
@@ -860,12 +861,106 @@ class Gauges(unittest.TestCase):
         lines[7] = re.sub(r"^(\d+,\d+),[^,]+", r"\1,nan", lines[7])
         lines[9] = re.sub(r",[^,]+$", ",", lines[9])
         self.assertAlmostEqual(self.terms(lines)["T1"][0], 15, delta=0.5)
-        for line, text, why in ((3, "5,0,20", ":4: has 3 fields"), (3, "5,0,20,20,21,21,0", ":4: the time does not rise"), (0, "TIME,S,T1", ":1: names no column of growth"), (0, "S,T1,Z", ":1: names no column of times")):
+        for line, text, why in ((5, "5,0,20", ": line 6: 3 values, but line 1 has 7 heads"), (5, "1,0,20,20,21,21,0", ": line 6: the time does not rise"), (9, "9,0,warm,20,21,21,0", ": line 10: column T1: 'warm' is no number"), (0, "TIME,S,T1,T2,T3,T4,T5", ": line 1: names no column of growth"), (0, "S,T1,T2,T3,T4,Z,X", ": line 1: names no column of times")):
             broken = gauges()
             broken[line] = text
             status, _, error = self.law(broken)
             self.assertEqual(status, 1)
             self.assertIn(why, error)
+
+
+class Tables(unittest.TestCase):
+    """One drift in the forms in which loggers and spreadsheets write it: the same figures, or the true reason."""
+
+    HEADS = ("time_min", "spindle_rpm", "T1", "T2", "Z")
+
+    def setUp(self):
+        self.folder = own_folder(self)
+        self.rows = []
+        for minute in range(0, 241, 2):
+            warm = 8 * (1 - math.exp(-minute / 40))
+            self.rows.append((minute, 6000, 20 + warm, 20 + minute / 160, 2.2 * warm - minute / 320))
+
+    def figures(self, heads=HEADS, change=lambda row: row, separator=",", mark=".", encoding="utf-8", before="", end="\n", options=(), number="%.5f"):
+        def text(value):
+            return value if isinstance(value, str) else (number % value).replace(".", mark)
+        lines = [separator.join(heads)] + [separator.join(map(text, change(row))) for row in self.rows]
+        path = os.path.join(self.folder, "form.csv")
+        with open(path, "wb") as file:
+            file.write((before + end.join(lines) + end).encode(encoding))
+        status, output, error = growth("report", path, "--json", *options)
+        if status:
+            self.assertEqual((status, output), (1, ""))
+            return error
+        its = json.loads(output)
+        self.assertTrue(its["taken"].startswith("Taken as: "))
+        return its
+
+    def same(self, **form):
+        its, plain = self.figures(**form), self.figures()
+        self.assertIsInstance(its, dict, its)
+        self.assertAlmostEqual(its["quantities"]["Z"]["warm"], plain["quantities"]["Z"]["warm"], delta=0.02)
+        self.assertAlmostEqual(its["length_s"], 240 * 60, delta=61)
+        ranges = sorted(its["temperature_ranges_k"].values())
+        true = sorted(plain["temperature_ranges_k"].values())
+        for found in ranges:  # some may not be read
+            self.assertLess(min(abs(found - each) for each in true), 0.05)
+        return its["taken"], len(ranges)
+
+    def test_separators_marks_encodings_and_lines_around_the_table(self):
+        self.assertIn("separated by semicolons, decimal comma", self.same(separator=";", mark=",")[0])
+        for separator in (";", "\t", "|", " "):
+            self.assertEqual(self.same(separator=separator)[1], 2)
+        self.same(before="\ufeff", end="\r\n")
+        self.same(encoding="utf-16")
+        self.assertIn("CP1252", self.same(heads=("time_min", "spindle_rpm", "T1 (°C)", "T2 (°C)", "Z (µm)"), encoding="cp1252")[0])
+        self.same(heads=['"%s"' % head for head in self.HEADS], change=lambda row: ['"%.5f"' % value for value in row])
+        self.same(before="Logger X1000\nDate: 2026-03-01\n")
+        self.same(change=lambda row: (*row, ""))
+
+    def test_units_stand_in_the_heads_or_below_them(self):
+        for name, scale in (("Time (s)", 60), ("time [s]", 60), ("time_sec", 60), ("time_ms", 60000), ("Time, h", 1 / 60), ("elapsed (min)", 1)):
+            heads = ('"%s"' % name, *self.HEADS[1:])
+            self.same(heads=heads, change=lambda row: (scale * row[0], *row[1:]), number="%.9f")
+        self.same(heads=("time_min", "spindle_rpm", "T1_degF", "T2 (°F)", "Z"), change=lambda row: (*row[:2], row[2] * 1.8 + 32, row[3] * 1.8 + 32, row[4]))
+        for name, scale in (("Z_mm", 1e-3), ("Z (inch)", 1 / 25400), ("dz [mm]", 1e-3)):
+            self.same(heads=(*self.HEADS[:4], name), change=lambda row: (*row[:4], row[4] * scale), number="%.9f")
+        units = iter((("min", "rpm", "degC", "degC", "um"),))
+        self.rows.insert(0, None)
+        its = self.figures(change=lambda row: next(units) if row is None else row)
+        self.assertIn("units in line 2", its["taken"])
+
+    def test_times_are_numbers_dates_or_times_of_a_day(self):
+        begin = datetime.datetime(2026, 3, 1, 21, 30)
+        for form in ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S.500", "%d.%m.%Y %H:%M", "%Y/%m/%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S+01:00", "%H:%M:%S"):
+            self.same(heads=("time", *self.HEADS[1:]), change=lambda row: ((begin + datetime.timedelta(minutes=row[0])).strftime(form), *row[1:]))
+        self.same(heads=("Date", "Time", *self.HEADS[1:]), change=lambda row: (*(begin + datetime.timedelta(minutes=row[0])).strftime("%Y-%m-%d %H:%M").split(), *row[1:]))
+        self.same(heads=("timestamp", *self.HEADS[1:]), change=lambda row: (1.7e9 + 60 * row[0], *row[1:]))
+        self.same(heads=("time", *self.HEADS[1:]), change=lambda row: (60 * row[0], *row[1:]))  # 4 h, not 10 days
+        self.assertIn("rows have the time of the row before: their mean", self.figures(change=lambda row: (row[0] // 4 * 4, *row[1:]))["taken"])
+        self.assertIn("no row for", self.figures(change=lambda row: (row[0] + 90 * (row[0] > 60), *row[1:]))["taken"])
+        self.assertIn("the month or the day first", self.figures(heads=("time", *self.HEADS[1:]), change=lambda row: ("03/04/2026 08:%02d" % (row[0] % 60), *row[1:])))
+
+    def test_columns_are_read_or_named_and_a_unit_that_decides_is_asked_for(self):
+        taken, sensors = self.same(heads=("time_min", "Spindle Speed (rpm)", "Temp_1", "Column", "Z"))
+        self.assertEqual(sensors, 1)
+        self.assertIn("Not read: 'Column' (no quantity or unit in its head)", taken)
+        taken, sensors = self.same(heads=("time_min", "Spindle Speed (rpm)", "Temp_1", "Column", "Z"), options=("--head", "Column=Column (degC)"))
+        self.assertEqual(sensors, 2)
+        self.assertIn("Every column is read.", taken)
+        self.assertIn("unknown unit 'mV'", self.figures(heads=(*self.HEADS[:3], "T2 (mV)", "Z"))["taken"])
+        for heads, change, why, answer in (
+            (self.HEADS, lambda row: (*row[:4], row[4] / 1000), "column 'Z' has no unit and goes from", "Z=Z (mm)"),
+            (self.HEADS, lambda row: (*row[:2], row[2] * 1.8 + 32, row[3] * 1.8 + 32, row[4]), "is it in degF or degC?", None),
+            (("time", *self.HEADS[1:]), lambda row: (6 * row[0], *row[1:]), "is it in s, min or h?", None),
+        ):
+            self.assertIn(why, self.figures(heads=heads, change=change))
+            if answer:
+                self.same(heads=heads, change=change, options=("--head", answer))
+        gaps = [None, "", "NaN", "OL"] + [None] * 8
+        missing = self.same(change=lambda row: (*row[:2], row[2] if gaps[int(row[0]) // 2 % 12] is None else gaps[int(row[0]) // 2 % 12], *row[3:]))[0]
+        self.assertIn("30 missing values", missing)
+        self.assertIn("column T1: 'warm' is no number", self.figures(change=lambda row: (*row[:2], "warm" if row[0] == 40 else row[2], *row[3:])))
 
 
 class Mandrel(unittest.TestCase):
@@ -891,7 +986,7 @@ class Mandrel(unittest.TestCase):
         return path
 
     def read(self, *options, **record):
-        status, output, error = growth("gauges", self.record(**record), "--json", *options)
+        status, output, error = growth("report", self.record(**record), "--json", *options)
         self.assertEqual((status, error), (0, ""))
         return json.loads(output)
 
@@ -929,7 +1024,7 @@ class Mandrel(unittest.TestCase):
         self.assertAlmostEqual(its["temperature_ranges_k"]["air_degC"], 1, delta=0.05)
 
     def test_the_page_and_the_text_have_the_same_figures(self):
-        status, output, error = growth("gauges", self.record(), "--distance", "150", "--output", os.path.join(self.folder, "out"))
+        status, output, error = growth("report", self.record(), "--distance", "150", "--output", os.path.join(self.folder, "out"))
         self.assertEqual((status, error), (0, ""))
         self.assertIn("tilt about X", output)
         with open(os.path.join(self.folder, "out", "report.html"), encoding="utf-8") as file:
@@ -966,31 +1061,6 @@ class MeasuredCurve(unittest.TestCase):
                 predicted.append(results["axes"]["Z"]["off"]["curve"])
             for curve in predicted:  # one exponential claimed 0.2 um, and was 27 um wrong
                 self.assertGreater(curve["steady_high_mm"] - curve["steady_low_mm"], 5 * UM)
-
-
-class Fit(unittest.TestCase):
-    def test_columns_from_elsewhere_are_fitted(self):
-        with TemporaryFolder() as folder:
-            path = os.path.join(folder, "gauge.csv")
-            with open(path, "w", encoding="ascii") as file:
-                file.write("# by hand\nminutes,z,line\n")
-                for minute in range(0, 241, 15):
-                    file.write("%d,%r,%r\n" % (minute, 2 + 40 * (1 - math.exp(-minute / 60)), 0.1 * minute))
-            status, output, _ = growth("fit", path, "--time", "minutes", "--time-unit", "60", "--json")
-            self.assertEqual(status, 0)
-            z, line = json.loads(output)
-            self.assertAlmostEqual(z["steady"], 42, delta=1)
-            self.assertLess(z["steady_high"] - z["steady_low"], 10)
-            self.assertGreater(line["steady_high"] - line["steady_low"], 12)
-            self.assertAlmostEqual(60 * line["rate_per_s"], 0.1, delta=0.02)
-            status, _, error = growth("fit", path)
-            self.assertEqual(status, 1)
-            self.assertIn("there is no column 'time_s'; there are minutes, z, line", error)
-            with open(path, "a", encoding="ascii") as file:
-                file.write("250,x,1\n")
-            status, _, error = growth("fit", path, "--time", "minutes")
-            self.assertEqual(status, 1)
-            self.assertIn("gauge.csv:20: z is 'x', no number", error)
 
 
 class Plan(unittest.TestCase):

@@ -27,7 +27,7 @@ class Volume(unittest.TestCase):
         self.folder = folder.name
 
     def write(self, name, text):
-        with open(os.path.join(self.folder, name), "w", encoding="ascii") as file:
+        with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
             file.write(text)
         return name
 
@@ -88,10 +88,11 @@ class Volume(unittest.TestCase):
     def test_readings_that_a_stranger_writes_are_refused_with_the_reason(self):
         head = "position,up1,up2,down1,down2\n"
         for text, reason in (
-            ("position;up1;up2;down1;down2\n100;0,0001;0,0002;0,01;0,0101\n", "line 1: the columns are separated by semicolons: separate them by commas"),
-            (head + "100,0,0001,0,0002,0,01,0,0101\n", "line 2: 9 values, but the header has 5; the decimal mark is a point"),
+            ("position;up1;up2;down1;down2\n100;0,0001;0.0002;0,01;0,0101\n", "line 2: '0,0001' has a comma and '0.0002' a point: which one is the decimal mark?"),
+            (head + "100,0,0001,0,0002,0,01,0,0101\n", "line 2: 9 values, but line 1 has 5 heads; is the comma a decimal mark? Then separate by semicolons"),
             ("position,up1,up1,down1,down2\n100,0,0.0001,0.01,0.0101\n", "line 1: column 'up1' is there twice"),
-            ("Position,Up1\n100,0\n", "line 1: there is no column position; the header has 'Position', 'Up1'"),
+            ("Place,Up1\n100,0\n", "line 1: there is no column position; there are 'Place', 'Up1'"),
+            ("position,up1 (s),down1\n100,0,1\n", "line 1: column 'up1 (s)' is neither a length nor an angle"),
             ("# mill 7\nposition,up1,left1\n100,0,1\n", "line 2: column 'left1' is none of position, up1"),
             (head + "100,0,0.0001,0.3,0.3001\n", "position 100 mm: the directions differ by 0.3 mm, more than 0.2 mm"),
             (head + "0,0,0.0001,0.01,0.0101\n20,0,0.0001,0.07,0.0701\n", "position 20 mm: from -0.005 to -0.035 mm within 20 mm is too steep"),
@@ -107,6 +108,18 @@ class Volume(unittest.TestCase):
         ):
             self.assertIn(reason, self.refused("reversal", "readings.csv", "--axis", "X", option, value))
         self.run_volume("reversal", "readings.csv", "--axis", "X", "--date", "2024-02-29", "--reading-u", "1um")
+
+    def test_semicolons_decimal_commas_and_micrometres_are_read_and_stated(self):
+        self.write("plain.csv", "position,up1,up2,down1,down2\n100,0,0.0001,0.01,0.0101\n300,0.0001,0,0.0102,0.0101\n")
+        self.write("other.csv", "Position (mm);Up1 (µm);Up2 (µm);Down1 (µm);Down2 (µm)\n100;0;0,1;10;10,1\n300;0,1;0;10,2;10,1\n")
+        options = ("--axis", "X", "--json", "--reading-u", "0.1um")
+        status, output, errors = volume("reversal", "other.csv", *options, cwd=self.folder)
+        self.assertEqual(status, 0)
+        found, plain = json.loads(output), json.loads(self.run_volume("reversal", "plain.csv", *options))
+        self.assertAlmostEqual(found["lost_motion"], 0.01, 3)
+        for name in ("lost_motion", "U"):
+            self.assertAlmostEqual(found[name], plain[name], 12)
+        self.assertIn("other.csv: taken as: separated by semicolons, decimal comma, position in mm, up1 in ", errors)
 
     def test_a_table_that_leads_is_named(self):
         self.write("lead.csv", "position,up1,up2,down1,down2\n0,0.01,0.0101,0,0.0001\n100,0.02,0.0201,0,0.0001\n")
@@ -190,7 +203,7 @@ class Volume(unittest.TestCase):
         self.write("turn.csv", self.read(self.ballbar("CCW")).replace("CCW", "left"))
         self.assertIn("turn.csv: line 4: direction: 'left' is not CW or CCW", self.refused("circle", "turn.csv"))
         self.write("comma.csv", self.read("CCW.csv").replace("0.5,100.000000", "0.5,100,000"))
-        self.assertIn("comma.csv: line 8: 3 values, but the header has 2", self.refused("circle", "comma.csv"))
+        self.assertIn("comma.csv: line 8: 3 values, but line 6 has 2 heads", self.refused("circle", "comma.csv"))
         self.write("half.csv", "\n".join(self.read("CCW.csv").splitlines()[:400]) + "\n")
         self.assertIn("half.csv: the counter-clockwise path covers 197 deg, and needs 330 deg", self.refused("circle", "half.csv"))
         self.assertIn("CCW.csv: both paths go in the same direction", self.refused("circle", "CCW.csv", "CCW.csv"))

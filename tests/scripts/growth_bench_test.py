@@ -75,26 +75,26 @@ class Curves(unittest.TestCase):
                 file.write(text)
             return growth_curves.read_curve(path, *arguments)
 
-    def test_columns_and_units_are_found_by_name_and_values(self):
+    def test_a_table_is_read_as_plumb_growth_reads_it(self):
         for text in (
-            "TIME,S,T1,Z\n0,0,20,0\n1,3000,20,4\n2,3000,21,6\n",  # minutes, micrometres
-            "time_s,growth_mm,spindle_rpm\n10,0,0\n70,0.004,3000\n130,0.006,3000\n",
-            "spindle speed_rpm,displacement_um,time_min\n0,0,5\n3000,4,6\n3000,6,7\n",
+            "TIME,S,T1,Z\n0,0,20,0\n30,3000,20,4\n60,3000,21,6\n",  # minutes, micrometres
+            "time_s,growth_mm,spindle_rpm\n10,0,0\n1810,0.004,3000\n3610,0.006,3000\n",
+            "spindle speed_rpm;displacement_um;time_min\n0;0;5\n3000;4,0;35\n3000;6,0;65\n",
         ):
             curve = self.read(text)
-            np.testing.assert_allclose(curve.times, [0, 60, 120])
+            np.testing.assert_allclose(curve.times, [0, 1800, 3600])
             np.testing.assert_allclose(curve.growth, [0, 0.004, 0.006])
             np.testing.assert_allclose(curve.speeds, [0, 3000, 3000])
 
-    def test_a_column_can_be_named_and_a_bad_file_is_refused_with_its_reason(self):
+    def test_a_head_can_be_read_as_another_and_a_bad_file_is_refused_with_its_reason(self):
         text = "time_s,spindle_rpm,ch1_um,ch2_um\n0,0,1,0\n60,0,1,4\n120,0,1,6\n"
-        np.testing.assert_allclose(self.read(text, (None, "ch2_um", None)).growth, [0, 0.004, 0.006])
+        np.testing.assert_allclose(self.read(text, "ch2_um=Z_um").growth, [0, 0.004, 0.006])
         for bad, reason in (
-            (text, "which column is the growth"),
-            ("time_s,speed,z\n0,0,0\n0,0,1\n", "do not rise"),
-            ("time_s,speed,z\n0,0,0\n1,0,nan\n", "not finite"),
-            ("time_s,speed,z\n0,0,0\n1,0\n", "index"),
-            ("time_s,speed,z\n0,0,0\n", "two rows"),
+            (text, "names no column of growth"),
+            ("time_s,speed,x_um,z_um\n0,0,0,0\n1,0,1,2\n", "which column is the growth of the mill"),
+            ("time_s,speed,z\n0,0,0\n9,0,1\n8,0,3\n", "line 4: the time does not rise"),
+            ("time_s,speed,z\n0,0,0\n1,0,x\n", "line 3: column z: 'x' is no number"),
+            ("time_s,speed,z\n0,0,0\n1,0\n2,0,1\n", "line 3: 2 values"),
         ):
             with self.assertRaisesRegex(OSError, reason):
                 self.read(bad)

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,7 +21,7 @@ struct GrowthCourse {
     struct Sensor {
         std::string name;
         int number = -1;        // of axis_growth, from 0; -1 if the law may number it
-        GrowthSamples samples;  // degC, smoothed as axis_growth does it
+        GrowthSamples samples;  // degC
     };
     struct Value {
         double time = 0;  // s
@@ -32,6 +33,7 @@ struct GrowthCourse {
     };
 
     std::string file, machine, begun;
+    std::string taken;  // how the columns of a table were read; "" of a log
     double millimetres = 1;       // in a machine unit
     bool places = false;          // the values are positions of the axes
     bool expansion_out = false;   // the artifact's own expansion has been taken out
@@ -45,12 +47,11 @@ double value_at(const GrowthSamples& samples, double time);
 
 GrowthCourse course_of(const GrowthLog& log);
 
-// CSV whose first line names the columns: a time (a name that ends in _s, _min or _h; else min), the spindle
-// speed (S, rpm or speed, or a name that ends in _rpm), temperatures (T and a number, or a name that ends in
-// _degC), and growth in um (X, Y, Z, or x_um, y_um, z_um; X1, Y1 at the end of a mandrel, X2, Y2 nearer to
-// the spindle). A field that is no number is a missing value. Throws std::runtime_error with file, line and
-// reason.
-GrowthCourse read_growth_course(const std::string& file);
+// A table of gauges: a time, the spindle speed (S, rpm or speed, or a unit such as rpm), temperatures (T1,
+// Temp bearing, or a unit such as degC), and growth (X, Y, Z; X1, Y1 at the end of a mandrel, X2, Y2 nearer to the
+// spindle). `heads` are read instead of others, such as "ch2" as "Z (um)". Throws std::runtime_error with
+// file, line and reason; a unit that decides and is not stated is a reason.
+GrowthCourse read_growth_course(const std::string& file, const std::map<std::string, std::string>& heads = {});
 
 // Whether the file begins as a log of thermal_growth_test does; otherwise it is a course.
 bool is_growth_log(const std::string& file);

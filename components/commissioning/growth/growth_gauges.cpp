@@ -146,8 +146,9 @@ void compare_with_standard(GrowthGauges& test) {
 GrowthGauges growth_gauges(const GrowthCourse& course, double distance) {
     GrowthGauges test;
     test.file = course.file;
+    test.taken = course.taken;
     test.length = course.values.back().time - course.values.front().time;
-    if (!(test.length > 0)) throw std::runtime_error(course.file + ": has one value");
+    if (!(test.length > 0)) throw std::runtime_error(course.file + ": has one value. " + course.taken);
     for (std::size_t i = 1; i < course.values.size(); ++i)
         test.interval = std::max(test.interval, course.values[i].time - course.values[i - 1].time);
     for (int axis = 0; axis < 3; ++axis) {

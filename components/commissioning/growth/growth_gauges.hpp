@@ -26,7 +26,7 @@ struct GrowthGauges {
         std::optional<GrowthCurve> curve;   // while the spindle turned
     };
 
-    std::string file;
+    std::string file, taken;
     bool environment = false;       // the spindle did not turn
     bool steady_duty = true;        // it turned at one speed
     double length = 0;              // s
@@ -38,7 +38,7 @@ struct GrowthGauges {
 
     std::string clause() const;
     std::string text() const;
-    std::string json() const;
+    std::string json(const GrowthCourse& course) const;  // with the values as they are read
     std::string page() const;  // HTML that needs nothing else
 };
 

@@ -66,7 +66,7 @@ std::string GrowthGauges::clause() const {
 
 std::string GrowthGauges::text() const {
     std::ostringstream out;
-    out << file << "\n  " << clause() << "\n  " << times(*this) << "\n\n";
+    out << file << "\n  " << taken << "\n  " << clause() << "\n  " << times(*this) << "\n\n";
     const auto cell = [&](const std::string& text, int width) {
         char padded[80];
         std::snprintf(padded, sizeof padded, "%*s", width, text.c_str());
@@ -91,10 +91,11 @@ std::string GrowthGauges::text() const {
     return out.str();
 }
 
-std::string GrowthGauges::json() const {
-    nlohmann::json all{{"file", file},           {"clause", clause()}, {"environment", environment},
-                       {"length_s", length},     {"warmed_s", warmed}, {"cooled_s", cooled},
-                       {"interval_s", interval}, {"missing", missing}};
+std::string GrowthGauges::json(const GrowthCourse& course) const {
+    nlohmann::json all{
+        {"file", file},       {"taken", taken},     {"clause", clause()}, {"environment", environment},
+        {"length_s", length}, {"warmed_s", warmed}, {"cooled_s", cooled}, {"interval_s", interval},
+        {"missing", missing}};
     for (const Quantity& its : quantities) {
         nlohmann::json& j = all["quantities"][its.name];
         j = {{"unit", its.unit},
@@ -113,13 +114,30 @@ std::string GrowthGauges::json() const {
                            {"high", real(its.curve->high())}};
     }
     for (const auto& [name, range] : ranges) all["temperature_ranges_k"][name] = range;
-    return all.dump(1) + '\n';
+    const auto samples_json = [](const GrowthSamples& samples) {
+        nlohmann::json both{{"time_s", nlohmann::json::array()}, {"value", nlohmann::json::array()}};
+        for (const auto& [time, value] : samples)
+            both["time_s"].push_back(time), both["value"].push_back(value);
+        return both;
+    };
+    nlohmann::json& series = all["series"];
+    series["speed_rpm"] = samples_json(course.speeds);
+    for (const GrowthCourse::Sensor& sensor : course.sensors)
+        series["temperature_degc"][sensor.name] = samples_json(sensor.samples);
+    for (int axis = 0; axis < 3; ++axis) {
+        GrowthSamples grown;
+        for (const GrowthCourse::Value& value : course.values)
+            if (std::isfinite(value.place[axis])) grown.emplace_back(value.time, value.place[axis]);
+        if (!grown.empty()) series["growth_mm"][std::string(1, letters[axis])] = samples_json(grown);
+    }
+    return all.dump() + '\n';
 }
 
 std::string GrowthGauges::page() const {
     std::ostringstream out;
-    out << page_begin("Thermal growth of " + escaped_xml(file)) << "<p>" << escaped_xml(clause()) << "</p><p>"
-        << times(*this) << ".</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\"></th>";
+    out << page_begin("Thermal growth of " + escaped_xml(file)) << "<p>" << escaped_xml(taken) << "</p><p>"
+        << escaped_xml(clause()) << "</p><p>" << times(*this)
+        << ".</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\"></th>";
     for (const Column& column : columns_of(*this)) out << "<th scope=\"col\">" << column.title << "</th>";
     out << "<th scope=\"col\">unit</th>" << (environment ? "" : "<th scope=\"col\">steady state</th>")
         << "</tr></thead><tbody>\n";

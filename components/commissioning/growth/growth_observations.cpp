@@ -8,16 +8,30 @@
 #include <stdexcept>
 #include <string>
 
+#include "components/math/blocks/first_order_lag.hpp"
 #include "components/math/growth/growth_law.hpp"
 
 namespace plumb::commissioning {
 namespace {
 
+constexpr double smoothing = 20;     // s, of axis_growth
 constexpr double least_warming = 1;  // K
 constexpr double lasts = 1800;       // s, for which a residual of slow growth lasts
 constexpr int least_speeds = 3;      // that tell the exponent of the speed
 constexpr int blocks = 5;            // into which a day is cut
 constexpr std::size_t most_values = 1000;
+
+GrowthSamples smoothed(const GrowthSamples& samples) {
+    GrowthSamples result;
+    FirstOrderLag lag(samples.front().second);
+    double before = samples.front().first;
+    for (const auto& [time, value] : samples) {
+        if (time > before) lag.step(value, smoothing, time - before);
+        before = time;
+        result.emplace_back(time, lag.value());
+    }
+    return result;
+}
 
 double range_of(const GrowthSamples& samples) {
     const auto [low, high] = std::minmax_element(
@@ -66,7 +80,7 @@ std::vector<double> weights_of(const std::vector<GrowthCourse::Value>& values) {
 }
 
 [[noreturn]] void refuse(const GrowthCourse& course, const std::string& why) {
-    throw std::runtime_error(course.file + ": " + why);
+    throw std::runtime_error(course.file + ": " + why + (course.taken.empty() ? "" : ". " + course.taken));
 }
 
 void add_values(GrowthObservations& data, const GrowthCourse& course, std::size_t day, int& groups) {
@@ -133,8 +147,8 @@ GrowthObservations growth_observations(const std::vector<GrowthCourse>& days,
             const auto its = named(course, first.name);
             if (its == course.sensors.end())
                 refuse(course, "has no sensor '" + first.name + "', which " + days.front().file + " has");
-            sensor.days.push_back(its->samples);
-            warmed |= chosen && range_of(its->samples) >= least_warming;
+            sensor.days.push_back(smoothed(its->samples));
+            warmed |= chosen && range_of(sensor.days.back()) >= least_warming;
         }
         if (!chosen) {
             data.artifact = sensor;
@@ -147,7 +161,7 @@ GrowthObservations growth_observations(const std::vector<GrowthCourse>& days,
     }
     if (!warmed && !data.turned)
         refuse(days.front(),
-               "no sensor has warmed by 1 K, and there is no spindle speed: nothing shows the heat");
+               "no sensor has warmed by 1 K: nothing shows the heat");
     return data;
 }
 

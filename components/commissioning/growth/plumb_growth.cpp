@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,7 +21,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "components/commissioning/growth/growth_fit.hpp"
 #include "components/commissioning/growth/growth_gauges.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_plan.hpp"
@@ -40,10 +40,8 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG... [--output DIR] | gauges GAUGES.csv [--distance MM] [--output DIR] | identify "
-        "LOG|GAUGES.csv... [--sensors A,B] | fit SERIES.csv [--time "
-        "COLUMN] "
-        "[--columns A,B] | plan --hours H [--log LOG] [--door] [--ngc]",
+        "report LOG...|GAUGES.csv [--distance MM] [--output DIR] | identify LOG|GAUGES.csv... [--sensors "
+        "A,B] | plan --hours H [--log LOG] [--door] [--ngc]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
 log of a test that still runs, or that was interrupted, is as good: only a fail can be stated then.)"},
@@ -63,12 +61,28 @@ soon as a deviation leaves the tolerance by as much. The page has the budget of 
 
 Cross gains and the rms of offset minus drift show which axis a compensation follows. The settings of axis_growth are those of
 plumb growth identify without options.)"},
-         {"GAUGES",
-          R"(plumb growth gauges GAUGES.csv reads a record of displacement sensors at a mandrel, as ISO 230-3 uses them, in the form that
-IDENTIFY describes. X1 and Y1 are at the end of the mandrel, X2 and Y2 nearer to the spindle, --distance mm apart; they show the
+         {"REPORT OF GAUGES",
+          R"(plumb growth report GAUGES.csv reads a record of displacement sensors at a mandrel, as ISO 230-3 uses them, in the form that
+TABLES describes. X1 and Y1 are at the end of the mandrel, X2 and Y2 nearer to the spindle, --distance mm apart; they show the
 tilt. It prints the displacements after 1 h and 4 h and in the end, their range and largest rate, the cool-down after the spindle
 stopped, and the steady state. If the spindle did not turn, the ranges are the environmental temperature variation error (ETVE). It
-names each quantity of ISO 230-3 that the record does not contain. --output writes report.html into a folder, --json prints JSON.)"},
+names each quantity of ISO 230-3 that the record does not contain. The folder has report.html alone. --json prints JSON, with the
+values as they were read.)"},
+         {"TABLES",
+          R"(GAUGES.csv is a table of a logger or a spreadsheet, whose first row follows a line of heads. Tabs, semicolons,
+commas, bars or blanks separate the columns; the decimal mark is a point or a comma; the text is UTF-8, UTF-16 or
+cp1252. Lines before the heads, empty lines and lines that begin with # are left out. Units stand in the heads, as
+in T1 (degC), time [s] or Z_um, or in a line below them. Heads are:
+
+  time            time, t, timestamp, elapsed; numbers, dates as 2026-03-31 08:00:00, or times of a day
+  spindle speed   S, rpm, speed, spindle speed
+  temperatures    T1, T2, ..., Temp_1, temp bearing, or any head with a unit of temperature
+  growth          X, Y, Z, dz, Z growth, or X1, Y1, X2, Y2; in um if there is no unit
+
+The program prints how the columns are taken, and names each column that is not read. Rows of one time count as
+their mean. Empty fields and the words nan, NA, null, OL and error are missing values; any other word is refused
+with its line. If a unit decides and the file does not show it, the program asks: state it in the head, or as
+--head 'Z=Z (mm)', which reads a head as if it were another one.)"},
          {"IDENTIFY",
           R"(plumb growth identify LOG... prints the settings of axis_growth(9) as setp lines: how each axis grows with the
 temperatures and along its travel, each term with its uncertainty. It needs four passes, and eight are better. Both states of a
@@ -77,9 +91,7 @@ compensation are as good. Several logs are days of one machine, in order: their 
 it another name. --air names the sensor of the air, which moves no axis by more than 5 um for 3 K. --no-speed leaves the spindle speed
 out. --instance names the component. --json prints JSON.
 
-LOG may be a CSV file of gauges that were read continuously. Its first line names the columns: time_s, time_min or time_h (time is in
-min); spindle_rpm, rpm or S; T1, T2, ... or names that end in _degC; and X, Y, Z or x_um, y_um, z_um, the growth in um. A field
-that is no number is a missing value. The law numbers the sensors that it reads, and a comment has the name of each.
+LOG may be a record of gauges, as TABLES describes. The law numbers the sensors that it reads, and a comment has the name of each.
 
 The lines are HAL, which has no place for a checksum. The log has one in each line, so you can print the settings again and
 compare.
@@ -99,14 +111,6 @@ temperatures, its speeds and the error of its law; without it for a usual machin
 in um. --artifact: its expansion is known, as by [artifact] of growth_log(1); otherwise it hides much of the term of the
 structure. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code
 of the test, --json JSON.)"},
-         {"FIT",
-          R"(plumb growth fit SERIES.csv predicts the steady state of each column, if its duty goes on. The first line names
-the columns; --time names the column of times, in s or in units of --time-unit s. Lines that begin with # are comments.
---uncertainty is the standard uncertainty of a value. --json prints JSON.
-
-The growth is a sum of exponentials with time constants from one minute to three times the length of the series, at most
-eight hours, each of either sign. 95 of 100 steady states lie between low and high. Not determined: low and high are
-further apart than the values.)"},
          {"EXIT STATUS",
           R"(0 after success, with any verdict; 1 if a log is refused, with its line, and nothing was written; 2 for a wrong
 command line.)"},
@@ -115,13 +119,11 @@ command line.)"},
 
   plumb growth report before.csv after.csv --output repair
 
-  plumb growth gauges mandrel.csv --distance 150 --output mandrel
+  plumb growth report mandrel.csv --distance 150 --output mandrel
 
   plumb growth identify growth-20261122-080000.csv > axis_growth_settings.hal
 
-  plumb growth plan --hours 8 --door
-
-  plumb growth fit gauge.csv --time minutes --time-unit 60)"},
+  plumb growth plan --hours 8 --door)"},
          {"LIMITS",
           R"(A compensation that is absent looks like one whose sensor is frozen, unless that sensor is logged. Swapped sensors
 that change the compensation by less than a fifth of the drift may be called good.
@@ -131,7 +133,38 @@ travel take bores in a growth test.)"}},
         ".BR plumb (1),\n.BR growth_log (1),\n.BR thermal_growth_test (9),\n.BR axis_growth (9)"};
 }
 
-int report(const std::vector<std::string>& files, std::string output) {
+using Heads = std::map<std::string, std::string>;
+
+GrowthCourse table_in(const std::string& file, const Heads& heads) {
+    try {
+        return read_growth_course(file, heads);
+    } catch (const std::runtime_error& error) {
+        throw std::runtime_error(std::string(error.what()) +
+                                 ". The file was read as a table, as it does not begin with 'growth-log,'.");
+    }
+}
+
+fs::path folder_of(const std::string& file, const std::string& output) {
+    const fs::path first = fs::absolute(file);
+    return output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
+}
+
+int report_gauges(const std::string& file, const Heads& heads, double distance, const std::string& output,
+                  bool json) {
+    const GrowthCourse course = table_in(file, heads);
+    const GrowthGauges found = growth_gauges(course, distance);
+    if (json) {
+        std::cout << found.json(course);
+        return 0;
+    }
+    const fs::path folder = folder_of(file, output);
+    fs::create_directories(folder);
+    write_file(folder / "report.html", found.page());
+    std::cout << found.text() << "Report: " << (folder / "report.html").string() << '\n';
+    return 0;
+}
+
+int report(const std::vector<std::string>& files, const std::string& output) {
     std::vector<GrowthLog> logs;
     for (const std::string& file : files) logs.push_back(read_growth_log(file));
     for (const GrowthLog& log : logs)
@@ -143,9 +176,7 @@ int report(const std::vector<std::string>& files, std::string output) {
         tests.push_back(analysed(log));
         identify_law(tests.back());
     }
-    const fs::path first = fs::absolute(files.front());
-    const fs::path folder =
-        output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
+    const fs::path folder = folder_of(files.front(), output);
     fs::create_directories(folder);
     write_file(folder / "report.html", growth_page(tests));
     write_file(folder / "results.json", growth_json(tests));
@@ -169,8 +200,20 @@ int report(const std::vector<std::string>& files, std::string output) {
     return 0;
 }
 
-GrowthCourse course_in(const std::string& file) {
-    return is_growth_log(file) ? course_of(read_growth_log(file)) : read_growth_course(file);
+GrowthCourse course_in(const std::string& file, const Heads& heads) {
+    return is_growth_log(file) ? course_of(read_growth_log(file)) : table_in(file, heads);
+}
+
+// Each as HEAD=HEAD.
+Heads heads_of(const std::vector<std::string>& words) {
+    Heads heads;
+    for (const std::string& word : words) {
+        const std::size_t equals = word.find('=');
+        if (equals == std::string::npos || equals == 0)
+            throw CLI::ValidationError("--head", "'" + word + "' is not as 'Z=Z (mm)'");
+        heads[word.substr(0, equals)] = word.substr(equals + 1);
+    }
+    return heads;
 }
 
 }  // namespace
@@ -183,8 +226,18 @@ static int carry_out(int argc, char** argv) {
     app.require_subcommand(1);
     std::vector<std::string> logs;
     std::string output;
-    CLI::App* const reporting = app.add_subcommand("report", "Makes a report of one or several logs.");
-    reporting->add_option("logs", logs, "Logs of growth_log, of one machine.")->required()->type_name("LOG");
+    double distance = 0;
+    bool json = false;
+    std::vector<std::string> heads;
+    CLI::App* const reporting =
+        app.add_subcommand("report", "Makes a report of logs, or of a table of gauges.");
+    reporting->alias("gauges");  // its former name for a table of gauges
+    reporting->add_option("logs", logs, "Logs of growth_log, of one machine, or a table of gauges.")
+        ->required()
+        ->type_name("LOG");
+    reporting->add_option("--distance", distance, "Between the two sensors of X and of Y.")
+        ->check(CLI::Range(1.0, 10000.0))
+        ->type_name("MM");
     reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
     GrowthIdentifyOptions identify;
     std::string log;
@@ -210,14 +263,6 @@ static int carry_out(int argc, char** argv) {
         ->check(CLI::Range(0.1, 4.0))
         ->type_name("P");
     identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
-    double distance = 0;
-    CLI::App* const gauging =
-        app.add_subcommand("gauges", "Reads a record of displacement sensors at a mandrel.");
-    gauging->add_option("record", log, "CSV of gauges.")->required()->type_name("GAUGES.csv");
-    gauging->add_option("--distance", distance, "Between the two sensors of X and of Y.")
-        ->check(CLI::Range(1.0, 10000.0))
-        ->type_name("MM");
-    gauging->add_option("--output", output, "Folder for report.html.")->type_name("DIR");
     GrowthPlanOptions wanted;
     bool as_program = false;
     CLI::App* const planning =
@@ -236,44 +281,17 @@ static int carry_out(int argc, char** argv) {
                        "The expansion of the artifact is known.");
     planning->add_flag("--door", wanted.door, "The shop door may be opened.");
     planning->add_flag("--ngc", as_program, "Print the subroutine growth_plan.");
-    GrowthFitOptions fit;
-    bool json = false;
-    CLI::App* const fitting =
-        app.add_subcommand("fit", "Predicts the steady state of columns of a CSV file.");
-    fitting->add_option("series", fit.file, "CSV file whose first line names the columns.")
-        ->required()
-        ->type_name("SERIES");
-    fitting->add_option("--time", fit.time, "Column of times; time_s by default.")->type_name("COLUMN");
-    fitting->add_option("--time-unit", fit.time_unit, "Length of its unit in s.")
-        ->check(CLI::PositiveNumber)
-        ->type_name("S");
-    fitting->add_option("--columns", fit.columns, "Columns to fit; all by default.")
-        ->delimiter(',')
-        ->type_name("A,B");
-    fitting->add_option("--uncertainty", fit.uncertainty, "Standard uncertainty of a value.")
-        ->check(CLI::NonNegativeNumber)
-        ->type_name("U");
-    for (CLI::App* const each : {gauging, identifying, planning, fitting})
-        each->add_flag("--json", json, "Print JSON.");
+    for (CLI::App* const each : {reporting, identifying, planning}) {
+        each->add_flag("--json", json,
+                       each == reporting ? "Print JSON, of a table of gauges." : "Print JSON.");
+        each->add_option("--head", heads, "Read a head of a table as another one.")->type_name("'HEAD=HEAD'");
+    }
     return plumb::hal::carry_out(app, argc, argv, [&] {
-        if (*fitting) {
-            std::cout << growth_fit(fit, json);
-            return 0;
-        }
-        if (*gauging) {
-            const GrowthGauges found = growth_gauges(read_growth_course(log), distance);
-            if (!output.empty()) {
-                fs::create_directories(output);
-                write_file(fs::path(output) / "report.html", found.page());
-            }
-            std::cout << (json ? found.json() : found.text());
-            return 0;
-        }
         if (*planning) {
             if (!log.empty()) {
                 const double given = wanted.machine.rest;
                 const bool known = wanted.machine.artifact_known;
-                wanted.machine = plan_machine_of(course_in(log), wanted.fastest);
+                wanted.machine = plan_machine_of(course_in(log, heads_of(heads)), wanted.fastest);
                 if (rest->count() > 0) wanted.machine.rest = given;
                 wanted.machine.artifact_known |= known;
             }
@@ -284,7 +302,7 @@ static int carry_out(int argc, char** argv) {
         if (*identifying) {
             identify.speed = !no_speed;
             std::vector<GrowthCourse> courses;
-            for (const std::string& day : days) courses.push_back(course_in(day));
+            for (const std::string& day : days) courses.push_back(course_in(day, heads_of(heads)));
             const GrowthCourse& first = courses.front();
             for (const GrowthCourse& course : courses)
                 if (course.places && course.machine != first.machine)
@@ -295,14 +313,21 @@ static int carry_out(int argc, char** argv) {
                 nlohmann::json all = growth_identified_json(found);
                 all["logs"] = days;
                 all["machine"] = first.machine;
+                for (const GrowthCourse& course : courses)
+                    if (!course.taken.empty()) all["taken"].push_back(course.taken);
                 std::cout << all.dump(1) << '\n';
             } else {
                 std::string files, begun = first.begun;
                 for (const std::string& day : days) files += (files.empty() ? "" : ", ") + day;
                 std::cout << growth_settings(files, begun, found);
+                for (const GrowthCourse& course : courses)
+                    if (!course.taken.empty())
+                        std::cout << "# " << course.file << ": " << course.taken << '\n';
             }
             return 0;
         }
+        if (logs.size() == 1 && !is_growth_log(logs.front()))
+            return report_gauges(logs.front(), heads_of(heads), distance, output, json);
         return report(logs, output);
     });
 }

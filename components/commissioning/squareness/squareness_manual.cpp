@@ -98,7 +98,7 @@ angle is the amount by which the corner at both - ends is more than 90 deg. u is
 
   --points file=square.csv,object=artifact,u=0.5um
 
-Add unit=in if they are not in mm. The header of the file names its columns: the two axes of the plane; normal, the direction
+Add unit=in if they are not in mm, or state units in the heads, as in X (in). The header of the file names its columns: the two axes of the plane; normal, the direction
 of the face in deg from the + end of the axis that comes first in XYZUVW towards that of the other; and turned, the
 angle in deg by which the artifact was turned before. Without normal it is a ring. Lines that begin with # are comments.
 

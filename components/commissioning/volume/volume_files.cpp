@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iostream>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "components/io/files/csv.hpp"
+#include "components/io/files/direction_rows.hpp"
 #include "components/io/files/error_table_file.hpp"
+#include "components/io/files/table_file.hpp"
 #include "components/math/blocks/pi.hpp"
 #include "components/math/geometry/error_table.hpp"
 
@@ -19,96 +22,33 @@ namespace {
 
 constexpr double farthest = 1e5;  // mm
 
-// A CSV file with a header of names. Lines that begin with # may state NAME: VALUE.
-struct Columns {
-    explicit Columns(const std::string& path) : file(path), text(csv::text_of(path)) {
-        const direction_rows::Lines all(file, text);
-        for (std::size_t i = 0; i < all.size(); ++i) {
-            if (all[i].empty()) continue;
-            if (all[i][0] == '#') {
-                const std::string_view words = csv::trimmed(all[i].substr(1));
-                const std::size_t colon = words.find(':');
-                if (colon != std::string_view::npos)
-                    head[std::string(csv::trimmed(words.substr(0, colon)))] = {
-                        i, std::string(csv::trimmed(words.substr(colon + 1)))};
+// A table in mm and deg. States on standard error how it was read, if it is no plain CSV.
+struct Columns : TableFile {
+    // `wanted`: the columns that are read; all if there are none.
+    explicit Columns(const std::string& file, const std::vector<std::string>& wanted = {}) : TableFile(file) {
+        std::string said = form(), unread;
+        for (std::size_t k = 0; k < columns().size(); ++k) {
+            const Column& its = columns()[k];
+            if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), its.name) == wanted.end()) {
+                unread += (unread.empty() ? "" : ", ") + csv::quoted(its.head);
                 continue;
             }
-            const auto fields = csv::split_at_commas(all[i]);
-            if (names.empty()) {
-                take_names(all, i, fields);
-                continue;
-            }
-            if (fields.size() != names.size())
-                all.refuse(i, error_table_file::counted(fields.size(), "value") + ", but the header has " +
-                                  std::to_string(names.size()) +
-                                  (fields.size() > names.size() ? "; the decimal mark is a point" : ""));
-            std::vector<std::optional<double>> row;
-            for (std::size_t k = 0; k < fields.size(); ++k) {
-                const auto value = csv::number(fields[k]);
-                if (!value && !fields[k].empty())
-                    all.refuse(i, "column " + names[k] + ": " + csv::quoted(fields[k]) + " is no number");
-                if (value && !(std::abs(*value) <= farthest))
-                    all.refuse(i, "column " + names[k] + ": " + csv::quoted(fields[k]) +
-                                      " is beyond 1e5; is it in mm?");
-                row.push_back(value);
-            }
-            lines.push_back(i);
-            rows.push_back(row);
+            if (!its.unit.empty() && its.known.quantity != length && its.known.quantity != angle)
+                refuse(head_line(), "column " + csv::quoted(its.head) + " is neither a length nor an angle");
+            if (!its.unit.empty()) said += (said.empty() ? "" : ", ") + its.name + " in " + its.unit;
+            for (std::size_t i = 0; i < rows(); ++i)
+                if (!(std::abs(number(i, k).value_or(0)) <= farthest))
+                    refuse_value(i, k, "is beyond 1e5; is it in mm?");
         }
-        if (rows.empty()) all.refuse("there are no rows in it");
+        if (!said.empty()) std::cerr << file << ": taken as: " << said << ".\n";
+        if (!unread.empty()) std::cerr << file << ": not read: " << unread << ".\n";
     }
 
-    void take_names(const direction_rows::Lines& all, std::size_t line,
-                    const std::vector<std::string_view>& fields) {
-        header = line;
-        names.assign(fields.begin(), fields.end());
-        if (names.size() == 1 && names[0].find_first_of(";\t") != std::string::npos)
-            all.refuse(line,
-                       "the columns are separated by " +
-                           std::string(names[0].find(';') != std::string::npos ? "semicolons" : "tabs") +
-                           ": separate them by commas, and write the decimal mark as a point");
-        for (std::size_t i = 0; i < names.size(); ++i)
-            if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i), names[i]) !=
-                names.begin() + static_cast<std::ptrdiff_t>(i))
-                all.refuse(line, "column " + csv::quoted(names[i]) + " is there twice");
-    }
-
-    [[noreturn]] void refuse(std::size_t line, const std::string& why) const {
-        direction_rows::Lines(file, text).refuse(line, why);
-    }
-    std::size_t column(const std::string& name) const {
-        const auto at = std::find(names.begin(), names.end(), name);
-        if (at == names.end()) {
-            std::string known;
-            for (const std::string& its : names) known += (known.empty() ? "" : ", ") + csv::quoted(its);
-            refuse(header, "there is no column " + name + "; the header has " + known);
-        }
-        return static_cast<std::size_t>(at - names.begin());
-    }
-    double value(std::size_t row, std::size_t column) const {
-        if (!rows[row][column]) refuse(lines[row], "column " + names[column] + ": there is no value");
-        return *rows[row][column];
-    }
-    std::string stated(const std::string& name) const {
-        const auto at = head.find(name);
-        if (at == head.end())
-            throw std::runtime_error(file + ": the head does not state " + name + ": write # " + name +
-                                     ": ...");
-        return at->second.second;
-    }
-    double number(const std::string& name) const {
-        const std::string text_of_it = stated(name);
-        const auto value = csv::number(text_of_it);
-        if (!value) refuse(head.at(name).first, name + ": " + csv::quoted(text_of_it) + " is no number");
+    double stated_number(const std::string& name) const {
+        const auto value = csv::number(stated(name));
+        if (!value) refuse(stated_line(name), name + ": " + csv::quoted(stated(name)) + " is no number");
         return *value;
     }
-
-    std::string file, text;
-    std::map<std::string, std::pair<std::size_t, std::string>> head;  // line and value, by name
-    std::vector<std::string> names;
-    std::size_t header = 0;
-    std::vector<std::size_t> lines;  // of the rows
-    std::vector<std::vector<std::optional<double>>> rows;
 };
 
 }  // namespace
@@ -117,21 +57,21 @@ std::vector<BothWays> read_readings(const std::string& file) {
     const Columns columns(file);
     const std::size_t position = columns.column("position");
     std::vector<BothWays> places;
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         BothWays place;
         place.position = columns.value(i, position);
-        for (std::size_t k = 0; k < columns.names.size(); ++k) {
+        for (std::size_t k = 0; k < columns.columns().size(); ++k) {
             if (k == position) continue;
-            const std::string& name = columns.names[k];
+            const std::string& name = columns.columns()[k].name;
             const bool up = name.rfind("up", 0) == 0;
             if (!up && name.rfind("down", 0) != 0)
-                columns.refuse(columns.header, "column " + csv::quoted(name) +
-                                                   " is none of position, up1, up2, ..., down1, down2, ...");
-            if (!columns.rows[i][k]) continue;
-            if (!(std::abs(*columns.rows[i][k]) <= 10))
-                columns.refuse(columns.lines[i], "column " + name + ": " + csv::decimal(*columns.rows[i][k]) +
-                                                     " is beyond 10 mm; is it in mm?");
-            (up ? place.up : place.down).push_back(*columns.rows[i][k]);
+                columns.refuse(
+                    columns.head_line(),
+                    "column " + csv::quoted(name) + " is none of position, up1, up2, ..., down1, down2, ...");
+            const auto value = columns.number(i, k);
+            if (!value) continue;
+            if (!(std::abs(*value) <= 10)) columns.refuse_value(i, k, "is beyond 10 mm; is it in mm?");
+            (up ? place.up : place.down).push_back(*value);
         }
         places.push_back(place);
     }
@@ -139,10 +79,10 @@ std::vector<BothWays> read_readings(const std::string& file) {
 }
 
 std::vector<BothWays> read_recording(const std::string& file, int places, double distance) {
-    const Columns columns(file);
+    const Columns columns(file, {"motor", "load"});
     const std::size_t motor = columns.column("motor"), load = columns.column("load");
     double low = farthest, high = -farthest;
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         low = std::min(low, columns.value(i, motor));
         high = std::max(high, columns.value(i, motor));
     }
@@ -161,7 +101,7 @@ std::vector<BothWays> read_recording(const std::string& file, int places, double
             (direction > 0 ? result[here].up : result[here].down).push_back(sum / count);
         sum = 0, count = 0;
     };
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         const double at = columns.value(i, motor);
         watch.step(at, distance);
         if (watch.direction() != direction) {
@@ -186,70 +126,70 @@ std::vector<BothWays> read_recording(const std::string& file, int places, double
 }
 
 BallbarFile read_ballbar(const std::string& file) {
-    const Columns columns(file);
+    const Columns columns(file, {"angle", "radius"});
     BallbarFile result;
     result.plane = columns.stated("plane");
     if (result.plane.size() != 2 || std::string("XYZUVW").find(result.plane[0]) == std::string::npos ||
         std::string("XYZUVW").find(result.plane[1]) == std::string::npos ||
         result.plane[0] == result.plane[1])
-        columns.refuse(columns.head.at("plane").first,
+        columns.refuse(columns.stated_line("plane"),
                        "plane: " + csv::quoted(result.plane) + " is none as XY, ZX or YZ");
-    result.radius = columns.number("radius");
-    result.feed = columns.number("feed");
+    result.radius = columns.stated_number("radius");
+    result.feed = columns.stated_number("feed");
     if (!(result.radius > 1 && result.radius <= 1e4))
-        columns.refuse(columns.head.at("radius").first,
+        columns.refuse(columns.stated_line("radius"),
                        "radius: " + csv::decimal(result.radius) + " is not from 1 to 1e4 mm");
     if (!(result.feed > 0 && result.feed <= 6e5))
-        columns.refuse(columns.head.at("feed").first,
+        columns.refuse(columns.stated_line("feed"),
                        "feed: " + csv::decimal(result.feed) + " is not above 0 and up to 6e5 mm/min");
     const std::string direction = columns.stated("direction"), object = columns.stated("object");
     if (direction != "CW" && direction != "CCW")
-        columns.refuse(columns.head.at("direction").first,
+        columns.refuse(columns.stated_line("direction"),
                        "direction: " + csv::quoted(direction) + " is not CW or CCW");
     if (object != "part")
         columns.refuse(
-            columns.head.at("object").first,
+            columns.stated_line("object"),
             "object: " + csv::quoted(object) +
                 " is not part; for a ring or ball that a probe measured: plumb squareness --points");
     result.path.clockwise = direction == "CW";
     const std::size_t angle = columns.column("angle"), radius = columns.column("radius");
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         result.path.angles.push_back(columns.value(i, angle) * pi / 180);
         result.path.radii.push_back(columns.value(i, radius));
     }
     const auto [first, last] = std::minmax_element(result.path.angles.begin(), result.path.angles.end());
-    if (columns.rows.size() > 10 && *last - *first < 7 * pi / 180)
-        columns.refuse(columns.header, "the angles go from " + csv::decimal(*first * 180 / pi) + " to " +
-                                           csv::decimal(*last * 180 / pi) + " only; are they in deg?");
+    if (columns.rows() > 10 && *last - *first < 7 * pi / 180)
+        columns.refuse(columns.head_line(), "the angles go from " + csv::decimal(*first * 180 / pi) + " to " +
+                                                csv::decimal(*last * 180 / pi) + " only; are they in deg?");
     return result;
 }
 
 std::vector<StraightedgeRow> read_straightedge(const std::string& file) {
-    const Columns columns(file);
+    const Columns columns(file, {"position", "before", "turned"});
     const std::size_t position = columns.column("position"), before = columns.column("before"),
                       turned = columns.column("turned");
     std::vector<StraightedgeRow> rows;
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         rows.push_back({columns.value(i, position), columns.value(i, before), columns.value(i, turned)});
         if (i > 0 && !(rows[i].position > rows[i - 1].position))
-            columns.refuse(columns.lines[i], csv::decimal(rows[i].position) + " is not beyond " +
-                                                 csv::decimal(rows[i - 1].position));
+            columns.refuse(columns.line(i), csv::decimal(rows[i].position) + " is not beyond " +
+                                                csv::decimal(rows[i - 1].position));
     }
     if (rows.size() < 3) throw std::runtime_error(file + ": fewer than 3 rows show no straightness");
     return rows;
 }
 
 std::vector<DiagonalStep> read_steps(const std::string& file) {
-    const Columns columns(file);
+    const Columns columns(file, {"distance", "deviation"});
     const std::size_t distance = columns.column("distance"), deviation = columns.column("deviation");
     std::vector<DiagonalStep> steps;
-    for (std::size_t i = 0; i < columns.rows.size(); ++i) {
+    for (std::size_t i = 0; i < columns.rows(); ++i) {
         steps.push_back({columns.value(i, distance), columns.value(i, deviation)});
         if (!(std::abs(steps[i].deviation) <= 10))
-            columns.refuse(columns.lines[i], "column deviation: " + csv::decimal(steps[i].deviation) +
-                                                 " is beyond 10 mm; is it in mm?");
+            columns.refuse(columns.line(i), "column deviation: " + csv::decimal(steps[i].deviation) +
+                                                " is beyond 10 mm; is it in mm?");
         if (!(steps[i].distance > (i == 0 ? 0 : steps[i - 1].distance)))
-            columns.refuse(columns.lines[i],
+            columns.refuse(columns.line(i),
                            "column distance: " + csv::decimal(steps[i].distance) + " does not rise");
     }
     return steps;

@@ -12,6 +12,10 @@ hal::CommandPage volume_page() {
 controls, and states how sure the whole is. Errors are actual minus nominal, in mm and rad, never corrections. Each command states
 the uncertainty of its result, k = 2, and the errors that the measurement cannot see.
 
+READINGS.csv and the other tables of measured values may be separated by tabs, semicolons or commas, and have a decimal comma. Values
+are in mm and deg unless a head states another unit, as in up1 (um). The program states how it read such a table, and names the
+columns that it did not read.
+
 plumb volume COMMAND --help prints the options of a command.)"},
          {"REVERSAL",
           R"(plumb volume reversal READINGS.csv --axis X --output x.csv makes the direction columns EXX+ and EXX- of lost motion.

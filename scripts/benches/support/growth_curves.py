@@ -1,28 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A measured growth curve of any machine as the growth of the simulated mill, and how much of it is removed.
 
-The curve is a CSV file with a header, a column of times, one of the growth, and one of spindle speeds. The mill of
+The curve is a table of times, growth and spindle speeds, as plumb growth reads it. The mill of
 configs/mill/bench.hal makes a part every five minutes; operation 10 is its gauge. An error is the tip error of a cut less
 that of the same cut in the learning cycle. Ideal holding would know the true growth at each contact of the gauge, and hold it.
 """
 
-import csv
 import dataclasses
 import os
 
 import numpy as np
 
 from support.figures import largest, rms
+from support.growth_days import Day
 from support.mill_machine import begin_at, replay_growth, run_events, start_mill, unlink
 from support.rivals import SIMPLE
 from support import contacts
 
 GAUGE = 10  # operation
 EVERY = 0.4  # s between two rows of a recording; a cut dwells for longer
-TIMES, GROWTHS, SPEEDS = ("time", "t"), ("growth", "displacement", "z"), ("speed", "rpm", "s", "n")
-SECONDS = {"s": 1, "min": 60, "h": 3600}
-MILLIMETRES = {"um": 1e-3, "mm": 1}
-SHORT = 2400  # s: no curve of growth is shorter, so these are minutes
 
 REPLAYED = ["time", "mill.growth-replay", "program.sides-speed"]
 COLUMNS = [*contacts.COLUMNS, "mill.truth-contact-operation", "mill.truth-contact-growth"]
@@ -33,47 +29,15 @@ class Curve:
     times: np.ndarray  # s, from 0
     growth: np.ndarray  # mm
     speeds: np.ndarray  # rpm
-    taken: str  # as what the columns were taken
+    taken: str  # how the columns were taken
 
 
-def read_curve(path, names=(None, None, None), units=(None, None)):
-    """names: of the columns of time, growth and speed; units: of time and growth. None: by their heads and values."""
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
-    if len(rows) < 3:
-        raise OSError(f"{path}: a header and two rows at least")
-    header = [name.strip() for name in rows[0]]
-    indices = [_column(path, header, name, known) for name, known in zip(names, (TIMES, GROWTHS, SPEEDS))]
-    try:
-        values = np.array([[float(row[index]) for index in indices] for row in rows[1:]])
-    except (ValueError, IndexError) as error:
-        raise OSError(f"{path}: {error}") from error
-    times, growth, speeds = values.T
-    if not np.all(np.isfinite(values)) or np.any(np.diff(times) <= 0):
-        raise OSError(f"{path}: the times do not rise, or a value is not finite")
-    time_name, growth_name = (header[index] for index in indices[:2])
-    time_unit = units[0] or _unit(time_name, SECONDS) or ("min" if times[-1] - times[0] < SHORT else "s")
-    growth_unit = units[1] or _unit(growth_name, MILLIMETRES) or ("um" if np.ptp(growth) > 0.5 else "mm")
-    taken = f"{time_name} in {time_unit}, {growth_name} in {growth_unit}, {header[indices[2]]} in rpm"
-    return Curve((times - times[0]) * SECONDS[time_unit], growth * MILLIMETRES[growth_unit], speeds, taken)
-
-
-def _column(path, header, name, known):
-    if name is not None:
-        if name not in header:
-            raise OSError(f"{path}: no column '{name}'; it has {', '.join(header)}")
-        return header.index(name)
-    words = [set(head.lower().replace(".", "_").replace("-", "_").split("_")) for head in header]
-    for word in known:
-        found = [index for index, its in enumerate(words) if word in its]
-        if len(found) == 1:
-            return found[0]
-    raise OSError(f"{path}: which column is the {known[0]}? Give its name; it has {', '.join(header)}")
-
-
-def _unit(name, units):
-    last = name.lower().replace(".", "_").replace("-", "_").split("_")[-1]
-    return last if last in units and last != name.lower() else None
+def read_curve(path, *heads):
+    """`heads`: as of plumb growth, which reads the table, such as "ch2=Z (um)"."""
+    day = Day(path, *heads)
+    if len(day.growth) > 1:
+        raise OSError(f"{path}: which column is the growth of the mill? There are {', '.join(day.growth)}; the mill grows in Z")
+    return Curve(day.time, next(iter(day.growth.values())) / 1000, day.speed, day.taken)
 
 
 def simulate(curve, seed, rate, phase, blind, progress):

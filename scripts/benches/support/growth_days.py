@@ -1,45 +1,52 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Measured days of one machine: a law learned on one, used by axis_growth on another, beside least squares on one temperature."""
 
-import csv
+import json
 import os
-import re
+import subprocess
 
 import numpy as np
 
 from support.figures import rms
 from support.growth_tests import law_of
 from support.recordings import read_columns, write_rows
+from support.simulations import BUILD
 
 PERIOD = 1  # s, of the thread
 SETTLE = 600  # s at the first row of a day, before the work zero is set
-UNITS = {"_s": 1, "_min": 60, "_h": 3600}
 
 
 class Day:
-    """The columns of a CSV file, named as plumb growth identify wants them; a missing value is the last one."""
+    """A table of gauges, as plumb growth reads it; a missing value is the last one."""
 
-    def __init__(self, path):
+    def __init__(self, path, *heads):
         self.path, self.name = path, os.path.splitext(os.path.basename(path))[0]
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
-        names = [name.strip() for name in rows[0]]
-        columns = {name: filled([number(row[index]) for row in rows[1:]]) for index, name in enumerate(names)}
-        lower = {name: name.lower() for name in names}
-        time = next(name for name in names if lower[name].startswith("time") or lower[name] == "t")
-        unit = next((seconds for end, seconds in UNITS.items() if lower[time].endswith(end)), 60)
-        self.time = (columns[time] - columns[time][0]) * unit
-        speed = next((name for name in names if lower[name] in ("s", "rpm", "speed") or lower[name].endswith("_rpm")), None)
-        self.speed = columns[speed] if speed else 0 * self.time
-        self.temperatures = {name: columns[name] for name in names if re.fullmatch(r"t\d+|.+_degc", lower[name])}
-        self.growth = {axis: columns[name] for axis in "xyz" for name in names if lower[name] in (axis, axis + "_um")}  # um
+        read = table_of(path, *heads)
+        series, self.taken = read["series"], read["taken"]
+        self.time = np.unique(np.concatenate([its["time_s"] for its in all_series(series)]))
+        begin, self.time = self.time[0], self.time - self.time[0]
+
+        def at_rows(its):
+            values = np.full(len(self.time), np.nan)
+            values[np.searchsorted(self.time, np.array(its["time_s"]) - begin)] = its["value"]
+            return filled(values)
+
+        self.speed = at_rows(series["speed_rpm"])
+        self.temperatures = {name: at_rows(its) for name, its in series.get("temperature_degc", {}).items()}
+        self.growth = {axis.lower(): 1e3 * at_rows(its) for axis, its in series["growth_mm"].items()}  # um
 
 
-def number(text):
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
+def table_of(path, *heads):
+    """What plumb growth reads in a table of gauges. A refusal is an OSError with its sentence."""
+    command = [os.path.join(BUILD, "bin", "plumb-growth"), "report", path, "--json"]
+    done = subprocess.run([*command, *(word for head in heads for word in ("--head", head))], capture_output=True, text=True)
+    if done.returncode:
+        raise OSError(done.stderr.strip())
+    return json.loads(done.stdout)
+
+
+def all_series(series):
+    return [series["speed_rpm"], *series.get("temperature_degc", {}).values(), *series["growth_mm"].values()]
 
 
 def filled(values):
@@ -71,6 +78,8 @@ def use(law, day):
 
     pins, values = ["axis-growth.spindle-speed"], [day.speed]
     for index, name in enumerate(law["sensors"]):
+        if name and name not in day.temperatures:
+            raise OSError("%s: there is no sensor '%s', which the law of the other day reads" % (day.path, name))
         if name:
             pins.append("axis-growth.temperature-%d" % index)
             values.append(day.temperatures[name])

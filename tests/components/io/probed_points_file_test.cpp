@@ -40,25 +40,35 @@ TEST(ProbedPointsFile, WithoutNormalsItIsARing) {
     EXPECT_EQ(file.shape.points[0].place, Eigen::Vector2d(25.4, 50.8));
 }
 
+TEST(ProbedPointsFile, UnitsAndDecimalCommasAreRead) {
+    const ProbedPointsFile file = read("x (in);Y [mm];Normal\n1,5;-2,5;90\n", 25.4);
+    EXPECT_TRUE(file.shape.points[0].place.isApprox(Eigen::Vector2d(38.1, -2.5), 1e-12));
+    EXPECT_FALSE(file.shape.ring);
+}
+
 TEST(ProbedPointsFile, RefusalNamesFileLineReasonAndValue) {
     const std::pair<std::string, std::string> cases[] = {
-        {"", "/a.csv: there is no header such as X,Y in it"},
-        {"X,Y\n", "/a.csv: there is no point in it"},
-        {"1,2\n", "/a.csv: line 1: '1' is no column: there are the two axes of the plane, normal and turned"},
-        {"X,Y,Normal\n",
-         "/a.csv: line 1: 'Normal' is no column: there are the two axes of the plane, normal and turned"},
-        {"#\nX,Y,\n",
-         "/a.csv: line 2: '' is no column: there are the two axes of the plane, normal and turned"},
-        {"X,normal\n", "/a.csv: line 1: 1 axes are named: there must be two, those of the plane"},
-        {"X,Y,Z\n", "/a.csv: line 1: 3 axes are named: there must be two, those of the plane"},
-        {"X,X\n", "/a.csv: line 1: 'X' is there twice"},
-        {"Z,W\n", "/a.csv: line 1: Z and W are parallel and span no plane"},
-        {"X,Y\n1\n", "/a.csv: line 2: 1 value, but the header has 2"},
-        {"X,Y\n1,2,3\n", "/a.csv: line 2: 3 values, but the header has 2"},
+        {"", "/a.csv: there are no rows in it"},
+        {"X,Y\n", "/a.csv: there are no rows in it"},
+        {"1,2\n", "/a.csv: line 1: the first line has to name the columns, and is a row"},
+        {"X,Y,Normal 1\n1,2,3\n",
+         "/a.csv: line 1: 'Normal 1' is no column: there are the two axes of the plane, normal and turned"},
+        {"X,normal\n1,2\n", "/a.csv: line 1: 1 axes are named: there must be two, those of the plane"},
+        {"X,Y,Z\n1,2,3\n", "/a.csv: line 1: 3 axes are named: there must be two, those of the plane"},
+        {"X,X\n1,2\n", "/a.csv: line 1: column 'X' is there twice"},
+        {"X,Y,y\n1,2,3\n", "/a.csv: line 1: 3 axes are named: there must be two, those of the plane"},
+        {"Z,W\n1,2\n", "/a.csv: line 1: Z and W are parallel and span no plane"},
+        {"X (s),Y\n1,2\n", "/a.csv: line 1: 'X (s)' has no unit of a length"},
+        {"X,Y\n1,2\n1\n3,4\n", "/a.csv: line 3: 1 value, but line 1 has 2 heads"},
+        {"X,Y\n1,2\n1,2,3\n",
+         "/a.csv: line 3: 3 values, but line 1 has 2 heads; is the comma a decimal mark? Then "
+         "separate by semicolons"},
         {"X,Y\n\n1,\n", "/a.csv: line 3: column Y: there is no value"},
-        {"Y,X\n1,2 mm\n", "/a.csv: line 2: column X: '2 mm' is no number"},
-        {"X,Y\n1,nan\n", "/a.csv: line 2: column Y: 'nan' is no number"},
-        {"X,Y\n1,1e999\n", "/a.csv: line 2: column Y: '1e999' is no number"},
+        {"Y,X\n1,1\n1,2 mm\n", "/a.csv: line 3: column X: '2 mm' is no number"},
+        {"X,Y\n1,nan\n", "/a.csv: line 2: column Y: there is no value"},
+        {"X,Y\n1,1\n1,1e999\n", "/a.csv: line 3: column Y: '1e999' is no number"},
+        {"X;Y\n1,5;2.5\n",
+         "/a.csv: line 2: '1,5' has a comma and '2.5' a point: which one is the decimal mark?"},
         {"X,Y\n-2e5,0\n", "/a.csv: line 2: column X: '-2e5' is beyond 100000 mm"},
         {"X,Y,normal\n1,2,361\n", "/a.csv: line 2: column normal: '361' is beyond 360 deg"},
     };
