@@ -59,15 +59,14 @@ class ToolTable(unittest.TestCase):
                 status, message = self.answer(damaged, d20261102=WHOLE, d20261103="T1 P")
                 self.assertEqual(status, 1)
                 self.assertIn(reason, message)
-                self.assertIn("all lengths and offsets", message)
-                self.assertIn("cat tool.tbl.20261102 > tool.tbl", message)
+                self.assertIn("tool_table_check --restore tool.tbl", message)
                 self.assertIn("Damaged copies are not used: tool.tbl.20261103.", message)
 
     def test_no_copy_is_chosen_by_its_date(self):
         status, message = self.answer("T1 P1 X", d20261101="T1 P1 X1\n", d20991231="T9 P9 X9\n")
         self.assertEqual(status, 1)
         self.assertIn("Its copies have no numbers, so the last one is not known: tool.tbl.20991231, tool.tbl.20261101.", message)
-        self.assertNotIn(" > ", message)
+        self.assertNotIn("--restore", message)
         self.assertEqual(self.answer(WHOLE, d20261101=WHOLE, d20991231="T9 P9 X9\n"), (0, ""))
 
     def test_no_copy_with_a_flipped_bit_is_used(self):
@@ -97,58 +96,111 @@ class ToolTable(unittest.TestCase):
             table = os.path.join(folder, "tool.tbl")
             write(table + ".copy-4", "; copy 4 of tool.tbl\n" + WHOLE)
             write(table, "T1")
-            done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
-            self.assertIn("tail -n +2 %s.copy-4 > %s" % (table, table), done.stderr)
+            subprocess.run([CHECK, "--restore", table], check=True, stdout=subprocess.DEVNULL)
+            self.assertEqual(read(table), WHOLE)
 
     def test_without_a_copy_it_says_so(self):
         status, message = self.answer("T1 P1 X")
         self.assertEqual(status, 1)
         self.assertIn("There is no whole copy of it", message)
 
-    def test_a_removed_tool_is_accepted_or_restored_by_the_commands_of_the_message(self):
-        fewer = WHOLE.splitlines()[0] + "\n"
-        for choice, content in (("accept", fewer), ("restore", WHOLE)):
-            with self.subTest(choice), TemporaryFolder() as folder:
+    def asked(self, table):
+        """The question about a table, and the answer of nobody."""
+        done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), "a question never stops the start")
+        return done.stdout
+
+    def test_what_was_changed_while_linuxcnc_was_off_is_asked_about_and_kept_or_taken_back(self):
+        for now, row in (
+            (WHOLE.replace("X-115", "X-115.01"), "T2 was X-115, is X-115.01. To take it back: G10 L1 P2 X-115"),
+            (WHOLE.replace("X-115", "X-117"), "T2 was X-115, is X-117. To take it back: G10 L1 P2 X-115"),
+            (WHOLE.replace("D+0.800000", "D+0.4"), "T1 was D0.8, is D0.4. To take it back: G10 L1 P1 R0.4"),
+            (WHOLE.splitlines()[0] + "\n", "T2 is removed; it was P2 X-115."),
+        ):
+            with self.subTest(row), TemporaryFolder() as folder:
                 table = os.path.join(folder, "my tool.tbl")
                 write(table, WHOLE)
                 subprocess.run([CHECK, "--copy", table], check=True)
-                write(table, fewer)
-                done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
-                self.assertEqual(done.returncode, 1)
-                self.assertIn("lacks T2 of its last copy", done.stderr)
-                self.assertIn("all tools get the lengths and offsets of the copy back", done.stderr)
-                line = next(line for line in done.stderr.splitlines() if choice in line)
-                subprocess.run(["sh", "-c", line.split(": ", 1)[1]], check=True)
-                self.assertEqual(read(table), content)
-                self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
+                self.assertEqual(self.asked(table), "")
+                write(table, now)
+                self.assertIn(row, self.asked(table))
+                self.assertIn("To keep all: M159 P1", self.asked(table))
+                subprocess.run([CHECK, "--accept", table], check=True)
+                self.assertEqual(self.asked(table), "", "once")
 
-    def test_every_digit_that_flips_is_found_and_accepted_or_restored_by_the_commands_of_the_message(self):
+    def test_every_digit_that_flips_is_asked_about(self):
         with TemporaryFolder() as folder:
-            table = os.path.join(folder, "my tool.tbl")
+            table = os.path.join(folder, "tool.tbl")
             write(table, WHOLE)
             subprocess.run([CHECK, "--copy", table], check=True)
-            damage = runpy.run_path(CHECK)["damage"]
-            self.assertIsNone(damage(table))
-            digits = [place for place, letter in enumerate(WHOLE) if letter.isdigit()]
-            self.assertGreater(len(digits), 20)
-            for place in digits:
+            its = runpy.run_path(CHECK)
+            last = its["tools"](WHOLE)
+            places = [place for place, letter in enumerate(WHOLE) if letter.isdigit()]
+            self.assertGreater(len(places), 20)
+            for place in places:
                 for bit in range(4):
-                    write(table, WHOLE[:place] + chr(ord(WHOLE[place]) ^ 1 << bit) + WHOLE[place + 1 :])
-                    self.assertIsNotNone(damage(table), read(table))
-            for choice in ("accept", "restore"):
+                    text = WHOLE[:place] + chr(ord(WHOLE[place]) ^ 1 << bit) + WHOLE[place + 1 :]
+                    try:
+                        found = its["changes"](last, its["tools"](text))
+                    except ValueError:
+                        continue  # damaged: LinuxCNC does not start
+                    self.assertTrue(found, text)
+
+    def test_what_linuxcnc_writes_while_it_runs_is_right(self):
+        """A wear correction, then the next start."""
+        with TemporaryFolder() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table, WHOLE)
+            watch = runpy.run_path(CHECK)["Watch"]
+            its = watch(table)
+            self.assertFalse(its.asked)
+            self.assertEqual(len(os.listdir(folder)), 2, "the first copy")
+            for wear in range(1, 100):
+                write(table, WHOLE.replace("X-115", "X%.6f" % (-115 - 0.01 * wear)))
+                its.look()
+                its.look()
+                self.assertFalse(watch(table).asked, wear)
+            write(table, WHOLE[:30])  # LinuxCNC writes it in place
+            its.look()
+            its.look()
+            self.assertEqual(len([name for name in os.listdir(folder) if "copy" in name]), 100)
+
+    def test_a_question_is_open_until_it_is_answered(self):
+        watch = runpy.run_path(CHECK)["Watch"]
+        changed = WHOLE.replace("X-115", "X-115.01")
+        for answer in ("keep", "take back"):
+            with self.subTest(answer), TemporaryFolder() as folder:
+                table = os.path.join(folder, "tool.tbl")
                 write(table, WHOLE)
                 subprocess.run([CHECK, "--copy", table], check=True)
-                changed = WHOLE.replace("X-115", "X-117")
                 write(table, changed)
-                done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
-                self.assertEqual(done.returncode, 1)
-                self.assertIn("  was  T2 P2 X-115 ;fine\n  is   T2 P2 X-117 ;fine", done.stderr)
-                line = next(line for line in done.stderr.splitlines() if choice in line)
-                subprocess.run(["sh", "-c", line.split(": ", 1)[1]], check=True)
-                self.assertEqual(read(table), changed if choice == "accept" else WHOLE)
-                self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0)
-            write(table, WHOLE.replace("X-115", "X-116.25"))
-            self.assertIsNone(damage(table), "a touch-off")
+                its = watch(table)
+                self.assertEqual(list(its.asked), [2])
+                write(table, changed.replace("X-100.017478", "X-100.02"))  # LinuxCNC writes another tool
+                its.look()
+                its.look()
+                self.assertEqual(list(its.asked), [2])
+                if answer == "keep":
+                    subprocess.run([CHECK, "--accept", table], check=True)
+                else:
+                    write(table, WHOLE.replace("X-115", "X-115.000000"))  # G10 L1 P2 X-115
+                its.look()
+                self.assertFalse(its.asked)
+                its.look()
+                self.assertFalse(watch(table).asked, "the next start")
+
+    def test_a_damaged_table_is_mended_without_losing_what_is_newer_than_the_copy(self):
+        with TemporaryFolder() as folder:
+            table = os.path.join(folder, "tool.tbl")
+            write(table, WHOLE)
+            subprocess.run([CHECK, "--copy", table], check=True)
+            newer = WHOLE.replace("X-100.017478", "X-100.03")
+            write(table, newer[:-4])
+            done = subprocess.run([CHECK, "--restore", table], capture_output=True, text=True, check=True)
+            self.assertEqual(read(table), newer)
+            self.assertIn("kept, newer than the copy:  T1", done.stdout)
+            self.assertIn("from the last copy:         T2", done.stdout)
+            self.assertIn("T1 was X-100.017478, is X-100.03", self.asked(table))
 
     def test_the_last_copy_is_the_one_with_the_highest_number_whatever_the_clock_shows(self):
         with TemporaryFolder() as folder:
@@ -161,8 +213,8 @@ class ToolTable(unittest.TestCase):
             self.assertRegex(read(table + ".copy-11"), r"\A; copy 11 of tool.tbl, CRC-32 [0-9a-f]{8}\nT1 P1 X11\n\Z")
             self.assertEqual(subprocess.run([CHECK, table], check=False).returncode, 0, "T9 is of an older copy")
             write(table, "T1")
-            done = subprocess.run([CHECK, table], capture_output=True, text=True, check=False)
-            self.assertIn("tail -n +2 %s.copy-11 > %s" % (table, table), done.stderr)
+            subprocess.run([CHECK, "--restore", table], check=True, stdout=subprocess.DEVNULL)
+            self.assertEqual(read(table), "T1 P1 X11\n")
 
     def test_a_damaged_table_is_not_copied(self):
         with TemporaryFolder() as folder:
