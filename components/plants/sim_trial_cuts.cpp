@@ -36,6 +36,9 @@ struct SimTrialCuts final : hal::Component {
     hal::In<bool> measure{this, "measure", false, "The last cut waits for its diameter."};
     hal::In<bool> fault{this, "fault", false, "The cuts give no height."};
     hal::In<bool> move_allowed{this, "move-allowed", false, "Y may move."};
+    hal::In<bool> check_due{this, "check-due", false, "A check is due behind these cuts."};
+    hal::In<double> next_x{this, "next-x", 0, "mu", "X of the check, a radius."};
+    hal::In<double> next_y{this, "next-y", 0, "mu", "Y of the check."};
     hal::In<double> y_move{this, "y-move", 0, "mu", "Move of Y."};
     hal::In<double> x_correction{this, "x-correction", 0, "mu", "Correction of X."};
     hal::In<double> lathe_effective{this, "effective-height", 0, "mu",
@@ -61,8 +64,10 @@ struct SimTrialCuts final : hal::Component {
     void update(double) noexcept {
         if (starting_.rises(start)) restart();
         if (s_.phase == Phase::measure && !s_.left) {
-            s_.height_sum += lathe_effective - aim().y;
-            s_.heights += 1;
+            if (s_.index < s_.planned) {
+                s_.height_sum += lathe_effective - aim().y;
+                s_.heights += 1;
+            }
             s_.left = true;
             s_.x =
                 stock_diameter / 2 + clear;  // at once, so that the work does not spring back into the tool
@@ -138,6 +143,7 @@ private:
         switch (s_.phase) {
             case Phase::begin:
                 make_plan();
+                s_.planned = s_.count;
                 s_.phase = Phase::approach;
                 break;
             case Phase::approach:  // from below, so that backlash does not count
@@ -175,6 +181,8 @@ private:
                 }
                 break;
             case Phase::leave:
+                if (s_.index == s_.count && !s_.finished && check_due && s_.count < s_.aims.size())
+                    s_.aims[s_.count++] = {next_x, next_y, true};  // deeper into the last land
                 s_.x = stock_diameter / 2 + clear;
                 if (s_.index == s_.count && s_.finished) {
                     s_.phase = Phase::rest;
@@ -197,8 +205,8 @@ private:
     }
 
     struct State {
-        std::array<Aim, 12> aims;
-        std::size_t count = 0, index = 0;
+        std::array<Aim, 16> aims;
+        std::size_t count = 0, planned = 0, index = 0;
         double x = 100, y = 0, z = 0, elapsed = 0, correction = 0, moved_by = 0;
         double height_sum = 0;
         int heights = 0, lands = 0;

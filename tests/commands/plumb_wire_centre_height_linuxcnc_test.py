@@ -28,11 +28,11 @@ M452 P%.6f
 G1 X0.6
 M451
 M452 P%.6f
-M454
+M454 D0.1
 G1 X0.5
 M451
 M452 P%.6f
-M454
+M454 D0.1
 M455 D10 Z58 K4 E10.6 Q2 P200 R10
 M2
 """
@@ -58,7 +58,7 @@ M452 P%.7f
 G1 X0.38
 M451
 M452 P%.7f
-M454
+M454 D0.004
 G0 X0.8
 M450 P0 Q3 D0.4 E0.42
 G1 X0.4
@@ -70,7 +70,7 @@ M452 P%.7f
 G1 X0.04
 M451
 M452 P%.7f
-M454
+M454 D0.004
 G0 X0.8
 M2
 """ % tuple(map(inches, (0.2, 0.195, 0.19, 0.2, 0.025, 0.02)))
@@ -111,7 +111,7 @@ class Works(Sample):
         seen = self.seen(output, "centre_height")
         self.assertTrue(any("50 um high give 50.000 um" in text for text in seen), output)
         self.assertTrue(all(seen.values()), output)
-        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=23", flat)
+        self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=15 num_aio=24", flat)
         self.assertRegex(flat, r"USER_M_PATH = \S*functions/centre_height .*REMAP = M450 modalgroup=10 .*REMAP = M455 .*Still missing")
         hal = read(os.path.join(self.folder(AXIS_MM), "stages.hal"))
         self.assertRegex(hal, r"net height-permit interlock\.function-permit-1")

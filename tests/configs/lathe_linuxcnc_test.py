@@ -29,6 +29,14 @@ class Shift(unittest.TestCase):
         cls.shift = read_recording(os.path.join(machine, "shift.csv"))
         cls.rows = linuxcnc_runs.rows_of(cls.shift, its["scenes"])
         cls.after_restart = linuxcnc_runs.work(folder, ini, "lathe_scenario.py", "restart")[0]["facts"]
+        table = os.path.join(machine, "tool.tbl")
+        with open(table) as file:
+            text = file.read()
+        with open(table, "w") as file:
+            file.write(text.replace("X-115.010000", "X-115.020000"))
+        cls.two = linuxcnc_runs.work(folder, linuxcnc_runs.own_ini(os.path.join(linuxcnc_runs.copy_configuration("lathe", folder, "two"), "two.ini")),
+                                     "lathe_scenario.py", "two")[0]["facts"]
+        cls.after_edit = linuxcnc_runs.work(folder, ini, "lathe_scenario.py", "edited")[0]["facts"]
 
     def test_tool_comes_on_centre_and_the_table_keeps_it(self):
         self.assertEqual(self.facts["before"]["T1"], [-100, 0])
@@ -47,6 +55,48 @@ class Shift(unittest.TestCase):
     def test_next_start_has_the_stored_height(self):
         self.assertEqual(self.after_restart["offset"], self.facts["at the end"]["T1"])
         self.assertNotEqual(self.after_restart["offset"][1], 0)
+
+    def test_wear_correction_stops_no_start_and_an_edited_table_is_asked_about_once(self):
+        self.assertEqual(self.after_restart["restarted"]["T2"], [-115.01, self.facts["at the end"]["T2"][1]])
+        self.assertEqual(self.after_restart["asks"], [False, 40])
+        self.assertEqual(self.after_edit["edited"], [True, 55])
+        self.assertIn("nothing is stored", "\n".join(self.after_edit["edited store"]))
+        self.assertEqual(self.after_edit["edited table"][0], -115.02)
+
+    def test_gauge_that_is_stuck_stores_nothing_and_is_not_on_centre(self):
+        texts, seen, untouched = self.facts["stuck"]
+        self.assertEqual([each[:3] for each in seen], [[False, False, False]] * 3)
+        self.assertIn("The last diameter does not fit. Check the insert", "\n".join(texts + self.messages + self.errors))
+        self.assertTrue(untouched)
+
+    def test_store_that_no_land_shows_is_taken_back_with_the_tool_clear(self):
+        texts, (before, after), (x, y, joint) = self.facts["not shown"]
+        self.assertIn("does not show what was stored", "\n".join(texts))
+        self.assertEqual(before, after)
+        self.assertEqual([x, y], [-100, 0])
+        self.assertGreater(joint, -100 + 5.3)
+
+    def test_x_that_was_stored_meanwhile_is_asked_about(self):
+        texts, between, x, y, after = self.facts["meanwhile"]
+        self.assertIn("another X or Y was stored meanwhile", "\n".join(texts))
+        self.assertIn("stored meanwhile: X  -100.0500", "\n".join(texts))
+        self.assertEqual(between, [-100.05, 0])
+        self.assertAlmostEqual(after[0], -100.05 + x, delta=2e-5)
+        self.assertAlmostEqual(after[1], y, delta=2e-5)
+
+    def test_height_from_elsewhere_is_stored(self):
+        self.assertEqual(self.facts["elsewhere"], [-100, -0.0321])
+
+    def test_store_without_trial_stock_is_not_checked(self):
+        self.assertIn("stored, and not checked", "\n".join(self.messages))
+
+    def test_by_hand_the_spindle_stands_and_y_moves_only_clear_in_x(self):
+        self.assertEqual(self.facts["standing"], [False] * 6)
+        rows = self.rows["by_readme"]
+        x, y = (self.shift["joint.%d.pos-cmd" % joint][rows] for joint in (0, 1))
+        moves = abs(y[1:] - y[:-1]) > linuxcnc_runs.STILL
+        self.assertTrue(moves.any())
+        self.assertGreater(x[1:][moves].min(), -100 + 5.3)
 
     def test_restart_in_the_middle_begins_again_and_keeps_the_table(self):
         self.assertEqual(self.after_restart["state"], [0, False, False])
@@ -73,6 +123,11 @@ class Shift(unittest.TestCase):
         self.assertEqual(y_after, y)
         self.assertIn("two lands need their diameter", "\n".join(self.facts["lands need D"]))
 
+    def test_two_cuts_as_delivered(self):
+        (x, y), shown = self.two["two as delivered"]
+        self.assertAlmostEqual(y, 0.03, delta=0.005)
+        self.assertTrue(shown)
+
     def test_spindle_that_feels_no_cut_is_told(self):
         self.assertIn("the cut is refused", "\n".join(self.facts["load"]))
         self.assertIn("The load of the spindle has shown no cut", "\n".join(self.facts["load"] + self.messages + self.errors))
@@ -95,7 +150,7 @@ class Shift(unittest.TestCase):
             if float(z) == 11:
                 depths.append(radius - math.hypot(float(x), float(y)))
                 radius -= depths[-1]
-        self.assertEqual(len(depths), 8)
+        self.assertEqual(len(depths), 10)
         self.assertLess(max(depths) - min(depths), 0.005)
 
     def test_tools_of_two_turrets_and_two_spindles_come_on_centre_in_one_program(self):
@@ -146,7 +201,7 @@ class Shift(unittest.TestCase):
             ("sign", "Y may not move, and nothing is stored"),
             ("other tool's cut", "tool or offsets are not those of M450"),
             ("other tool's diameter", "tool or offsets are not those of M450"),
-            ("air", "The tool removed nothing"),
+            ("air", "the tool removed nothing"),
         ):
             with self.subTest(name):
                 self.assertIn(text, "\n".join(self.facts[name]))
@@ -162,6 +217,9 @@ class Shift(unittest.TestCase):
 
     def test_height_too_small_to_store_ends_no_program(self):
         self.assertEqual(self.facts["small"], [[True, 0, True], [False, MORE_CUTS, True]])
+        texts, untouched = self.facts["unproven"]
+        self.assertIn("A check is due", "\n".join(texts))
+        self.assertTrue(untouched)
         before, after = self.facts["only X"]
         self.assertAlmostEqual(after[0] - before[0], -0.06, delta=2e-5)
         self.assertEqual(after[1], before[1])
@@ -186,7 +244,7 @@ class Shift(unittest.TestCase):
                 self.assertEqual(its["idle"], [False, False, False])
                 self.assertIn("nothing is stored", "\n".join(its["store"]))
                 self.assertTrue(its["table"])
-                self.assertEqual(its["end"][0], 2)
+                self.assertEqual(its["end"][0], 3, "the check is the third cut")
                 self.assertTrue(its["end"][2])
                 heights.append(its["end"][1])
         self.assertLess(max(heights) - min(heights), 0.02)
@@ -210,7 +268,7 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(after["T2"][1] - before["T2"][1], -0.05, delta=2e-5)
 
 
-tearDownModule = starts("lathe/lathe.ini")
+tearDownModule = starts("lathe/lathe.ini", "lathe/two.ini")
 
 
 if __name__ == "__main__":

@@ -3,12 +3,14 @@
 """plumb panel in a tab of AXIS, before the complete lathe: a tool comes on centre by a finger and a micrometer."""
 
 import os
+import re
 import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import copy_configuration, own_folder, um
 from screen import Screen
 from starts import starts
+from tree import ROOT
 
 
 class Lathe(unittest.TestCase):
@@ -36,12 +38,23 @@ class Lathe(unittest.TestCase):
         self.assertIn("A tool on centre leaves the diameter 10.198 mm", self.seen["refused"])
         self.assertEqual(self.seen["state"], 42)
 
-    def test_a_wrong_diameter_has_no_tick_but_a_doubt_and_is_corrected(self):
-        self.assertNotIn("\u2714", self.seen["one entry"])
+    def test_what_is_expected_shows_behind_the_entry_and_a_wrong_one_is_corrected(self):
+        self.assertEqual(self.seen["before the entry"], "")
         self.assertIn("No other cut confirms it yet", self.seen["one entry"])
-        self.assertIn("\u2714", self.seen["twin"])
-        self.assertRegex(self.seen["doubt"], r"\+10\d\.\d .m from cut 1")
+        self.assertIn("at the same Y", self.seen["twin"])
         self.assertIn("Entered before", self.seen["entered before"])
+
+    def test_the_spindle_stands_and_x_is_clear_while_it_is_measured(self):
+        self.assertEqual(set(self.seen["standing"]), {False})
+        self.assertGreater(min(self.seen["clear"]), 5.3)
+
+    def test_a_land_shows_the_stored_height(self):
+        self.assertIn("A land shows the stored height.", self.seen["shown"])
+
+    def test_a_measurement_takes_as_many_presses_as_the_readme_says(self):
+        with open(os.path.join(ROOT, "configs", "lathe", "README.md")) as file:
+            said = int(re.search(r"with (\d+) presses", file.read())[1])
+        self.assertEqual(self.seen["presses"], said)
 
     def test_an_interrupted_measurement_has_no_tick(self):
         words, tick = self.seen["interrupted"]
@@ -50,15 +63,12 @@ class Lathe(unittest.TestCase):
 
     def test_refused_cuts_have_no_tick(self):
         words, tick = self.seen["no height"]
-        self.assertIn("The method needs cuts at two positions of Y. Begin again.", words)
+        self.assertIn("The last diameter does not fit. Check the insert", words)
         self.assertFalse(tick)
 
     def test_an_accepted_diameter_is_taken_back(self):
         self.assertRegex(self.seen["undo"], r"M452 P\[10\.\d+.*\] Q1")
         self.assertIn("M452 Q-1", self.seen["undo of the first"])
-
-    def test_y_moves_by_a_step_a_touch(self):
-        self.assertEqual(self.seen["stepped"], [0.1, 0.11, 0.01, 0])
 
     def test_a_tool_off_centre_has_no_tick(self):
         self.assertIn("of the tool are wrong", self.seen["off centre"])

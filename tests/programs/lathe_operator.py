@@ -54,16 +54,13 @@ class Operator:
         seen["before"] = self.tool()
         self.machine.mdi("T1 M6 G43")
         self.machine.mdi("M3 S1000")
-        before = self.host.get("joint.1.pos-cmd")
+        self.machine.mdi("G0 X12 Y0")
         self.finger.open("Centre height", "Two lands")
-        for step, y in (("Y +0.1", 0.1), ("Y +0.01", 0.11), ("Y -0.1", 0.01), ("Y -0.01", 0)):
-            self.finger.press(step)
-            self.finger.until(lambda y=y: abs(self.host.get("joint.1.pos-cmd") - before - y) < 1e-6, "the step of Y")
-            self.machine.wait_until_idle()
-            self.finger.rest()
-            seen.setdefault("stepped", []).append(round(self.host.get("joint.1.pos-cmd") - before, 6))
+        self.presses, press, type_ = 0, self.finger.press, self.finger.type
+        self.finger.press = lambda *words: (self.count(1), press(*words))[1]
+        self.finger.type = lambda text: (self.count(len(text)), type_(text))[1]
         with self.finger.story("tool on centre: measure the height"):
-            self.measure(58)
+            self.measure(58, 2)
         seen["height"] = self.host.get("centre.height")
         seen["truth"] = self.host.get("lathe.truth-height")
         self.finger.await_text("Store the height. Then move Y to 0")
@@ -74,12 +71,18 @@ class Operator:
             self.finger.press("Store the height: M454")
             self.finger.press("Store the height")
             self.finger.until(lambda: self.tool() != seen["before"], "the corrected tool table")
+        self.enter_land()
+        self.until("centre.status-code", 54)
+        seen["shown"] = self.finger.await_text("A land shows the stored height.")
         seen["after"] = self.tool()
         self.machine.wait_until_idle()
-        self.machine.mdi("G0 X12")
-        self.machine.mdi("G0 Y0")
-        self.measure(40, 4)  # two lands do not know it well enough
+        for value in (True, False):
+            self.host.set("lathe.new-stock", value)
+            self.machine.wait(0.1)
+        self.presses = 0
+        self.measure(58, 4)  # two lands do not know it well enough
         seen["verdict"] = self.finger.await_text("The tool is on centre.")
+        seen["presses"] = self.presses
         self.interrupt()
         self.refuse()
         self.shot("lathe_centred.png")
@@ -87,81 +90,104 @@ class Operator:
     def interrupt(self):
         """In the middle of a measurement."""
         finger = self.finger
+        self.machine.mdi("G0 X12 Y0")
+        self.machine.mdi("G0 Z30")
+        self.machine.mdi("M3 S1000")
         self.begin(2)
         finger.press("Interrupt")
         seen["interrupted"] = [finger.await_text("The measurement is interrupted."), "\u2714" in finger.texts()]
 
     def refuse(self):
-        """Two lands without a step of Y, which give no height."""
+        """A first land whose diameter is taken back, and three lands that have one diameter."""
         finger = self.finger
+        for value in (True, False):
+            self.host.set("lathe.new-stock", value)
+            self.machine.wait(0.1)
+        self.machine.mdi("G0 X12 Y0")
+        self.machine.mdi("M3 S1000")
         self.begin(2)
-        for land in (1, 2):
-            finger.press("The cut is done")
-            self.until("centre.status-code", 42)
+        for cut in range(1, 6):
+            self.until("centre.measure", True)
             self.machine.wait_until_idle()
             finger.press("Enter the diameter")
-            finger.type("10.01")
+            finger.type("10.2")
             finger.press("Enter")
-            self.finger.until(lambda land=land: self.host.get("centre.status-code") == 47 or self.host.get("centre.cut-number") == land, "the entry")
+            finger.until(lambda cut=cut: self.host.get("centre.status-code") == 47 or self.host.get("centre.cut-number") == cut, "the entry")
             if self.host.get("centre.status-code") == 47:
                 break
             self.machine.wait_until_idle()
-            if land == 1:
-                self.take_first_back("10.01")
+            if cut == 1:
+                self.take_first_back("10.2")
+            finger.press("Turn the next land")
         self.machine.wait(2)  # for the abort by which LinuxCNC tells of it
         seen["no height"] = [finger.await_text("The cuts give no height."), "\u2714" in finger.texts()]
+
+    def count(self, presses):
+        self.presses += presses
 
     def begin(self, lands):
         finger = self.finger
         finger.press("Two lands")
         finger.press("%d cuts" % lands)
         finger.type("10")
+        finger.press("Next")
+        finger.type("10.6")
         finger.press("Begin")
-        self.until("centre.status-code", 41)
+        self.until("centre.status-code", 42)
         self.machine.wait_until_idle()
 
-    def measure(self, z, lands=2):
-        """Lands, each turned by the operator and measured by the micrometer."""
+    def enter_land(self, off=0.0):
+        """The land that stands: the spindle has stopped, and X is clear."""
+        self.machine.wait_until_idle()
+        diameter = self.micrometer()
+        seen.setdefault("standing", []).append(self.host.get("spindle.0.on"))
+        seen.setdefault("clear", []).append(self.host.get("joint.0.pos-cmd") + 100)
+        self.finger.press("Enter the diameter")
+        seen["before the entry"] = self.finger.find_text("which a tool on centre leaves")
+        self.finger.type("%.3f" % (diameter + off))
+        self.finger.press("Enter")
+        return diameter
+
+    def measure(self, z, lands):
+        """Lands, each turned by the machine and measured by the micrometer, and the check."""
         finger = self.finger
+        self.machine.mdi("G0 X12 Y0")
+        self.machine.mdi("G0 Z%g" % z)
+        self.machine.mdi("M3 S1000")
         self.begin(lands)
-        finger.await_text("Turn land 1: move Y by +1 mm")
-        self.shot("lathe_land.png")
-        for land, y in ((1, 1), (2, -1), (3, -1), (4, 1))[:lands]:
-            finger.await_text("Turn land %d: move Y by " % land)
-            self.turn(z + 1 - 4 * land, y)
-            finger.press("The cut is done")
+        for land in range(1, lands + 1):
             self.until("centre.measure", True)
-            diameter = self.micrometer()
-            finger.press("Enter the diameter")
-            if land == 1:
+            if land == 1 and lands == 2:
+                finger.press("Enter the diameter")
                 for key, words in (("5.1", "That is the radius"), ("0.4", "That is in inches")):
                     finger.type(key)
+                    finger.press("Enter")
                     finger.await_text(words)
                     finger.press("Clear")
                 finger.type("15")
                 finger.press("Enter")
                 seen["refused"] = finger.await_text("\"15\" is no diameter")
                 seen["state"] = self.host.get("centre.status-code")
-                finger.press("Clear")
-            wrong = diameter - 0.1 if land == 1 else diameter  # 10.1721 for 10.2721
-            finger.type("%.4f" % wrong)
+                finger.press("Back")
+            wrong = -0.1 if land == 1 and lands == 2 else 0  # 10.172 for 10.272
+            first = self.enter_land(wrong) if land == 1 else self.enter_land() and first
             if land == 1:
-                first = wrong
                 seen["one entry"] = finger.await_text("which a tool on centre leaves")
             elif land == 3:
                 seen["twin"] = finger.await_text("at the same Y")
-            self.shot("lathe_diameter.png")
-            finger.press("Enter")
-            if lands == 4 and land == 4:  # its twin is the wrong one
-                seen["doubt"] = finger.await_text("Enter it all the same?")
-                finger.press("Enter all the same")
             self.until("centre.cut-number", land)
             self.machine.wait_until_idle()
-            if land == lands:
-                with finger.story("wrong entry"):
-                    self.correct(1, first, first + 0.1)
-                if lands == 2:
-                    self.take_back(first)
+            if land < lands:
+                finger.press("Turn the next land")
+        if lands == 2:
+            with finger.story("wrong entry"):
+                self.correct(1, round(first, 3) - 0.1, round(first, 3))
+            self.take_back(round(first, 3) - 0.1)
+        self.until("centre.status-code", 53)
+        finger.press("Turn the next land")
+        self.until("centre.measure", True)
+        self.enter_land()
+        self.until("centre.measure", False)
         self.until("centre.value-valid", True)
 
     def correct(self, cut, wrong, right):
@@ -202,10 +228,6 @@ class Operator:
         finger.press("Enter")
         self.until("centre.cut-number", 1)
         self.machine.wait_until_idle()
-
-    def turn(self, z, y):
-        for line in ("G0 X12", "G0 Y%g" % y, "G0 Z%g" % (z + 3), "G0 X5", "G1 Z%g F600" % z):
-            self.machine.mdi(line)
 
     def micrometer(self):
         self.until("lathe.value-ready", True)

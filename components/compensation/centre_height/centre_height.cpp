@@ -48,7 +48,7 @@ struct HeightGauge final : hal::Group {
 
 // Cuts that an operator enters, for a computation without motion.
 struct KeyedCuts final : hal::Group {
-    static constexpr std::size_t most = 12;
+    static constexpr std::size_t most = 16;
 
     KeyedCuts(hal::Owner owner, std::size_t rows) : Group(owner), rows_(rows) {
         if (rows > 0)
@@ -94,6 +94,8 @@ struct HeightOrders final : hal::Group {
     hal::In<bool> value_ready{this, "value-ready", false, "A rising edge: the diameter of the cut counts."};
     hal::In<double> entered_diameter{this, "entered-diameter", 0, "mu",
                                      "Diameter, or radius, that the operator or a program enters."};
+    hal::In<double> second{this, "second-diameter", 0, "mu",
+                           "The same at another angle of the work, a quarter turn further; 0: not read."};
     hal::In<bool> entered{this, "entered", false, "A rising edge: entered-diameter of the cut counts."};
     hal::In<double> entered_cut{this, "entered-cut", 0, "1",
                                 "Number of the cut whose diameter entered-diameter replaces, from 1; 0: the "
@@ -155,6 +157,14 @@ struct HeightOutputs final : hal::Group {
         this, "on-centre", "Y and X of the tool are within tolerance with 95 %, by cuts that met the stock."};
     hal::Out<bool> x_allowed{this, "x-allowed", "X of the tool may change by x-correction."};
     hal::Out<bool> checked_for_air{this, "checked-for-air", "The diameter of the stock is known."};
+    hal::Out<bool> cut_due{this, "cut-due", "A cut is due: at next-x and next-y."};
+    hal::Out<double> next_x{this, "next-x", "mu", "X of the next cut, as the program calls it, a radius."};
+    hal::Out<double> next_y{this, "next-y", "mu", "Y of the next cut, against the present one."};
+    hal::Out<double> next_diameter{this, "next-diameter", "mu", "Diameter that the next cut will have."};
+    hal::Out<bool> check_due{this, "check-due", "The next cut is a check, which the others predict."};
+    hal::Out<bool> shown{this, "shown", "A land has shown what was stored."};
+    hal::Out<std::int32_t> suspect_cut{
+        this, "suspect-cut", "Number of the cut that contradicts the others, or the stock; 0: none."};
     hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that detail-code asks for."};
     hal::Out<double> height{this, "height", "mu", "Height of the tip; its size if the sign is unknown."};
     hal::Out<double> size{this, "height-size", "mu", "Size of the height."};
@@ -194,11 +204,19 @@ struct HeightOutputs final : hal::Group {
         value_valid = valid;
         sign_known = valid && result.signed_;
         const HeightVerdict& verdict = procedure.verdict();
-        move_allowed = valid && verdict.y_moves;
-        x_allowed = valid && verdict.x_changes;
+        move_allowed = valid && verdict.y_moves && !now.table_asks;
+        x_allowed = valid && verdict.x_changes && !now.table_asks;
         on_centre = valid && verdict.verdict == Verdict::on_centre;
         checked_for_air = now.good && now.stock_diameter > 0;
         cuts_needed = valid ? verdict.cuts_needed : 0;
+        cut_due = procedure.cut_due();
+        check_due = now.good && procedure.check_due(now);
+        shown = valid && verdict.verdict == Verdict::shown;
+        suspect_cut = static_cast<std::int32_t>(procedure.suspect());
+        const NextCut next = now.good && procedure.cut_due() ? procedure.next(now) : NextCut{};
+        next_x = next.x * now.outward();
+        next_y = next.y;
+        next_diameter = 2 * next.radius;
         x_sigma = if_valid(result.sigma_x);
         height = if_valid(result.height);
         size = if_valid(std::abs(result.height));
@@ -234,9 +252,7 @@ struct HeightOutputs final : hal::Group {
         const double tip = reachable ? std::sqrt((target - result.height) * (target + result.height)) : 0;
         target_x = reachable ? (procedure.cuts()[0].x + tip - result.x) * now.outward() : 0;
 
-        const LandPair lands =
-            now.good ? LandPair::of(now.land_step, now.land_diameter / 2, now.clearance, now.rubbing())
-                     : LandPair{};
+        const LandPair lands = now.good ? now.lands() : LandPair{};
         land_1_y = lands.first;
         land_2_y = lands.second;
     }
@@ -264,7 +280,7 @@ struct CentreHeight final : hal::Component {
         0,
         0,
         KeyedCuts::most,
-        "Number of cuts that an operator keys in, 0 to 12: the rows cut-diameter-N, cut-x-N and cut-y-N."};
+        "Number of cuts that an operator keys in, 0 to 16: the rows cut-diameter-N, cut-x-N and cut-y-N."};
     hal::Option<std::string> interlock{this, "interlock", "yes", hal::Permission::about, {"no"}};
     hal::Permission permission{this, interlock, "Y may be moved; else the value is only shown."};
     HeightOrders orders{this};
@@ -272,6 +288,8 @@ struct CentreHeight final : hal::Component {
     hal::Row<hal::In<double>> y_position{this, posts, "y-position", 0, "mu", "Position of Y."};
     hal::Row<hal::In<double>> x_zero{
         this, posts, "x-zero", 0, "mu", "Position of X that the program calls 0, tool offset included."};
+    hal::In<bool> table_asks{this, "table-asks", false,
+                             "The tool table was changed while LinuxCNC was off: nothing is stored."};
     hal::In<double> spindle_load{this, "spindle-load", 0, "%", "Load of the spindle of the work."};
     HeightGauge gauge{this};
     KeyedCuts keyed{this, keyed_cuts};
@@ -288,19 +306,20 @@ struct CentreHeight final : hal::Component {
     void update(double) noexcept {
         permission.step();
         HeightSettings::Values now = settings.values(orders.program_post, orders.program_method);
-        now.automatic = permission.enabled();
+        now.table_asks = table_asks;
+        now.automatic = permission.enabled() && !now.table_asks;
         const HeightOrders::Given given = orders.read();
 
         const double load = spindle_load;
         if (load > load_) load_ = load;
         if (given.start) {
-            procedure_.begin(now, y_position[now.post], x_zero[now.post]);
+            procedure_.begin(now, y_position[now.post], orders.entered_diameter, x_zero[now.post]);
             load_ = 0;
         }
         if (given.abort)
             procedure_.interrupt();
         else if (given.stored)
-            procedure_.end();
+            procedure_.store(now);
         else if (given.resume)
             procedure_.go_on(now);
         else if (given.cut)
@@ -320,7 +339,7 @@ struct CentreHeight final : hal::Component {
 
         outputs.show(procedure_, now);
         status = status_of(
-            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock()});
+            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock(), now.table_asks});
         permission.report({});
         cut_taken = cut_taken_;
         value_taken = taken_;
@@ -346,7 +365,10 @@ private:
 
     HeightProcedure::Entry entered(const HeightOrders::Given& given) noexcept {
         HeightProcedure::Entry entry;
-        entry.diameter = gauge.as_diameter(orders.entered_diameter);
+        entry.given = orders.entered_diameter;
+        entry.diameter = gauge.as_diameter(entry.given);
+        entry.second = gauge.as_diameter(orders.second);
+        entry.by_hand = given.entry;
         entry.wanted = given.cuts >= 1 ? given.cuts : keyed.count;
         entry.travel = keyed.travel;
         return entry;

@@ -33,6 +33,9 @@ enum class Detail : std::int32_t {
     no_solution,
     implausible,
     no_load,
+    insert,
+    not_shown,
+    nothing_stored,
     value_only = 31,  // a height, and Y may not move
     sign,
     insignificant,
@@ -47,6 +50,8 @@ enum class Detail : std::int32_t {
     lands,
     finer,
     finer_two,
+    again,
+    lobes,
 };
 constexpr const char* sentence(Detail detail) {
     using D = Detail;
@@ -69,22 +74,35 @@ constexpr const char* sentence(Detail detail) {
         case D::long_travel: return "The travel is larger than both radii together.";
         case D::past_centre:
             return "The tool has passed the axis of the work; the radius is the height itself. Travel less.";
-        case D::air_cut: return "The tool removed nothing. Cut deeper.";
+        case D::air_cut:
+            return "The diameter of cut {suspect-cut} is that of the stock or of the land before. Read it again: "
+                   "a turn of a micrometer is 0.5 mm. If it reads the same, the tool removed nothing: cut "
+                   "deeper.";
         case D::clearance: return "The tool rubs at this height: its clearance angle is too small.";
         case D::no_step: return "The method needs cuts at two positions of Y.";
         case D::no_solution: return "The cuts do not determine the height: move X and Y independently.";
         case D::implausible:
-            return "The diameter does not follow from X of the tool. The tool did not cut, or its X or Y is "
+            return "The diameter of cut {suspect-cut} does not follow from X of the tool. Read it again: a turn "
+                   "of a micrometer is 0.5 mm. If it reads the same, the tool did not cut, or its X or Y is "
                    "wrong by more than max-x-correction or max-move.";
         case D::no_load:
             return "The load of the spindle has shown no cut. Start the spindle, and cut deeper.";
+        case D::insert:
+            return "The last diameter does not fit. Check the insert; index it if it is chipped, then begin "
+                   "again.";
+        case D::not_shown:
+            return "The land does not show what was stored, so the tool table gets its former values back. "
+                   "Check the insert, the tool and the reading, then begin again.";
+        case D::nothing_stored: return "Nothing was stored that a land could show.";
         case D::value_only:
             return "The function is not permitted: move Y by {y-move} by hand, or switch it on.";
         case D::sign: return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
         case D::insignificant: return "The height of {height} may be none: cut again.";
         case D::sigma: return "The uncertainty of the height, {sigma}, exceeds max-sigma.";
         case D::move: return "The move of Y by {y-move} exceeds max-move.";
-        case D::disagreement: return "The cuts disagree by more than three sigmas: a burr, a chip or a slip.";
+        case D::disagreement:
+            return "The cuts disagree by more than three sigmas: a burr, a chip or a slip. Cut {suspect-cut} "
+                   "contradicts the others most: read it again.";
         case D::at_rest:
             return "The height of {height} is that at rest. Y is corrected by the height under the cut.";
         case D::shim:
@@ -97,6 +115,11 @@ constexpr const char* sentence(Detail detail) {
                    "function is not permitted.";
         case D::more_cuts: return "Cut more lands in the same order, {cuts-needed} cuts in all.";
         case D::lands: return "Begin again with two lands in the order 1 2 2 1, {cuts-needed} cuts in all.";
+        case D::again:
+            return "Cut {suspect-cut} does not fit the others. Read it again, and correct it; or cut once more.";
+        case D::lobes:
+            return "The work is not round: its readings at two angles differ. Take another bar, or read more "
+                   "lands at two angles.";
         case D::finer:
             return "16 cuts are not enough: take a larger land-step, a finer gauge or a larger tolerance.";
         case D::finer_two:
@@ -110,9 +133,10 @@ constexpr const char* sentence(Detail detail) {
 enum class State : std::int32_t { idle, cut, measure, known, refused, aborted };
 
 // The answer for Y and X of the tool.
-enum class Verdict : std::int32_t { none, on_centre, both, y, x, unsure, unchecked, held };
+enum class Verdict : std::int32_t { none, on_centre, both, y, x, unsure, unchecked, held, check, shown };
 
-enum class Method : std::int32_t { two_cuts, two_lands, y_step, any_cuts };
+// `given` is a height that was worked out elsewhere; `show` is the land that shows what was stored.
+enum class Method : std::int32_t { two_cuts, two_lands, y_step, any_cuts, given, show };
 
 enum class HeightStatus : std::int32_t {
     idle = hal::first_own,
@@ -127,7 +151,10 @@ enum class HeightStatus : std::int32_t {
     unchecked,
     y_off_centre,
     x_off_centre,
-    entry_refused
+    entry_refused,
+    check,
+    shown,
+    table
 };
 
 constexpr hal::Said said(HeightStatus status) {
@@ -150,6 +177,17 @@ constexpr hal::Said said(HeightStatus status) {
         case S::entry_refused:
             return {Kind::bad, "An entry is refused.", "Measure that cut again, and enter the value.",
                     Button::enter, "detail-code"};
+        case S::check:
+            return Said{Kind::wait,
+                        "Waits for the check: a cut whose diameter the others predict.",
+                        "Cut once more, deeper, and report its end: on the panel, or by M451.",
+                        Button::cut_done}
+                .told(Tell::behind_panel);
+        case S::table:
+            return Said{Kind::warn, "The tool table was changed while LinuxCNC was off; nothing is stored.",
+                        "Keep it by M159 P1, or take it back: the message and the terminal show the row, old and "
+                        "new."};
+        case S::shown: return Said{Kind::good, "A land shows the stored height."}.told(Tell::behind_panel);
         case S::on_centre: return Said{Kind::good, "The tool is on centre."}.told(Tell::behind_panel);
         case S::off_centre:
             return Said{Kind::warn,
@@ -186,7 +224,7 @@ constexpr hal::Said said(HeightStatus status) {
         case S::held:
             return Said{Kind::warn,
                         "The tool is off centre, and nothing may be stored.",
-                        "Remove the cause, cut more lands, or begin again.",
+                        "Remove the cause, cut once more, or begin again.",
                         {},
                         "detail-code"}
                 .told(Tell::behind_panel);
@@ -206,6 +244,7 @@ struct HeightSeen {
     Detail fault = Detail::none;
     Verdict verdict = Verdict::none;
     HeightStatus interlock{};
+    bool table_asks = false;
 };
 
 inline HeightStatus status_of(const HeightSeen& seen) noexcept {
@@ -216,6 +255,7 @@ inline HeightStatus status_of(const HeightSeen& seen) noexcept {
         default: break;
     }
     if (seen.fault != Detail::none) return S::entry_refused;
+    if (seen.table_asks && (seen.state == State::idle || seen.state == State::known)) return S::table;
     switch (seen.state) {
         case State::cut: return S::cut;
         case State::measure: return S::measure;
@@ -229,6 +269,8 @@ inline HeightStatus status_of(const HeightSeen& seen) noexcept {
         case Verdict::y: return S::y_off_centre;
         case Verdict::x: return S::x_off_centre;
         case Verdict::unchecked: return S::unchecked;
+        case Verdict::check: return S::check;
+        case Verdict::shown: return S::shown;
         default: return S::unsure;
     }
 }

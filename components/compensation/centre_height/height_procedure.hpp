@@ -4,9 +4,15 @@
 //     HeightProcedure   the sequence: begin, then for each cut take_position and take_diameter; compute; end
 //     TipHeight::of     the height by the method in force: TwoCuts or CutFit of turned_cuts.hpp
 //     HeightVerdict::of whether Y and X may change, and the cuts that would decide it
+//     StoredHeight      what a program has stored, for the land that must show it
 //
 // Each entry is judged first (slip, refusal). With the last one evaluate() computes the height, the reason
 // that holds Y, the correction of X, and the verdict.
+//
+// No answer counts before a check: a cut at a place of its own, whose diameter the others predict, which is
+// none of their diameters by six sigmas, and which agrees within three. The same reading for each land, a cut
+// in the air, a swapped pair and another tool do not pass. A newest cut that does not fit is asked for again,
+// twice at most. After the store one land more must have the programmed diameter.
 #pragma once
 
 #include "components/compensation/centre_height/height_codes.hpp"
@@ -30,12 +36,17 @@ struct TipHeight {
     bool signed_ = false;
     double height = 0;  // at Y = 0, or |height| if the sign is unknown
     double sigma = 0, within = 0;
-    double x = 0, sigma_x = 0, theta = 0;  // at the first cut, theta in rad
+    double x = 0, theta = 0;               // at the first cut, theta in rad
+    double x_now = 0, sigma_x = 0;         // the same, as after the last cut
     double by_diameter_1 = 0, by_diameter_2 = 0, by_travel = 0;
     double disagreement = 0;        // in sigmas
     double predicted = 0;           // diameter of the last cut, by the estimate
     double bias_y = 0, bias_x = 0;  // error by a burr on one cut; two cuts: error of y squared
     std::uint32_t rejected = 0;     // a bit for each cut that is an outlier
+    std::size_t suspect = 0;        // number of the cut that contradicts the others most, from 1; 0: none
+    bool suspect_sure = false;      // no other cut explains as much
+    bool newest_fits = true;        // or the others contradict each other
+    bool checked = false;           // by a cut whose diameter the others predict
     Detail fault = Detail::none;
 
     // Judges an entry against `expected`, the radius of a tool on centre, steps of Y included. X comes from
@@ -44,8 +55,9 @@ struct TipHeight {
         const SkewedAxes axes(settings.angle);
         const double y = cuts[i].y;
         const double x = settings.x_is_radius && cuts.programmed(i) > 0 ? cuts.programmed(i)
-                         : settings.method == Method::two_lands         ? settings.land_diameter / 2
-                                                                        : 0;
+                         : settings.method == Method::two_lands && settings.land_diameter > 0
+                             ? settings.land_diameter / 2 + cuts[i].x - cuts[0].x
+                             : 0;
         // Beside a radius as small as the errors that a tool may have there is no slip to be seen.
         const double least = std::min(settings.max_x_correction, settings.max_move) / 2;
         const double expected = x > least ? std::hypot(x + axes.x_of(y), axes.height_of(y)) : 0;
@@ -138,7 +150,7 @@ private:
         two.sigma_y_squared = std::hypot(two.sigma_y_squared, burrs_in_sigma * bias_y);
         sigma = two.sigma();
         within = two.floor();
-        x = two.x1;
+        x = x_now = two.x1;
         sigma_x = std::hypot(two.sigma_x1, burrs_in_sigma * bias_x);
         theta = two.theta;
         by_diameter_1 = two.sensitivity(two.by_r1) / 2;
@@ -147,6 +159,31 @@ private:
         if (cuts.count > 2 && !signed_) find_sign(settings, cuts, two, travel);
         if (cuts.count > 2) compare(settings, cuts, two, travel);
         correct(settings);
+    }
+
+    // Of the cuts that stand where the last one does.
+    static std::uint32_t last_place(const TurnedCuts& cuts) noexcept {
+        const Cut& last = cuts[cuts.count - 1];
+        const double near = 2e-3 * last.radius;
+        std::uint32_t bits = 0;
+        for (std::size_t i = 0; i < cuts.count; ++i)
+            if (std::abs(cuts[i].x - last.x) <= near && std::abs(cuts[i].y - last.y) <= near)
+                bits |= std::uint32_t{1} << i;
+        return bits;
+    }
+
+    // Judges the last cut by the radius that the others predict; it may check them if `own`, a bit for each
+    // cut, has no part in that.
+    void judge_last(const TurnedCuts& cuts, const Prediction& expected, std::uint32_t own, bool may_check,
+                    bool others_agree) noexcept {
+        const double measured = cuts[cuts.count - 1].radius, off = expected.disagreement(measured);
+        predicted = 2 * expected.radius;
+        disagreement = std::max(disagreement, off);
+        newest_fits = off <= 3 || !others_agree;
+        if (!newest_fits && !suspect_sure) suspect = cuts.count;
+        checked = may_check && off <= 3;
+        for (std::size_t i = 0; i < cuts.count; ++i)
+            if ((own >> i & 1) == 0) checked &= std::abs(cuts[i].radius - expected.radius) >= 6 * expected.sigma;
     }
 
     // A further cut, or a touch of the turned land, at another Y: the sign by which it agrees with the two,
@@ -176,13 +213,18 @@ private:
                  double travel) noexcept {
         const Prediction prediction = expected(settings, cuts, two, travel, height);
         if (!(prediction.radius > 0) || (cuts[cuts.count - 1].y != cuts[0].y && !signed_)) return;
-        predicted = 2 * prediction.radius;
-        disagreement = prediction.disagreement(cuts[cuts.count - 1].radius);
+        judge_last(cuts, prediction, ~std::uint32_t{3}, true, true);
     }
 
     void by_fit(const Settings& settings, const TurnedCuts& cuts) noexcept {
         const SkewedAxes axes(settings.angle);
-        CutFit fit = fit_of(settings, cuts, cuts.count);
+        // Lands are cut at one X; a check has no part in their height.
+        const std::uint32_t last = last_place(cuts);
+        CutFit fit = fit_of(settings, cuts, 0);
+        const CutFit others = fit_of(settings, cuts, last);
+        const bool checks = others.refusal == CutFit::Refusal::none && others.sigma_y < 1e3 * fit.sigma_y;
+        const std::uint32_t left_out = checks && settings.method == Method::two_lands ? last : 0;
+        if (left_out != 0) fit = others;
         // A burr: the radius is too large, and no other cut explains it as well. Two spare cuts must remain.
         const double material = settings.inside ? -1 : 1;
         for (std::size_t n = 0;
@@ -190,21 +232,24 @@ private:
              fit.suspect.sigmas * material > 3 && fit.suspect.lead > 9;
              ++n) {
             rejected |= std::uint32_t{1} << fit.suspect.cut;
-            fit = fit_of(settings, cuts, cuts.count);
+            fit = fit_of(settings, cuts, left_out | rejected);
         }
         fault = fault_of(fit.refusal);
         if (fault != Detail::none) return;
         signed_ = true;
+        suspect = fit.excess > 3 ? fit.suspect.cut + 1 : 0;
+        suspect_sure = suspect > 0 && fit.suspect.lead > 9;
         bias_y = fit.bias_y;
         bias_x = fit.bias_x;
         const double first = axes.height_of(cuts[0].y);
         height = fit.y - first;
         sigma = within = std::hypot(fit.sigma_y, burrs_in_sigma * bias_y);
         x = fit.x - axes.x_of(cuts[0].y);
-        sigma_x = std::hypot(fit.sigma_x, burrs_in_sigma * bias_x);
+        x_now = fit.x_now - axes.x_of(cuts[0].y);
+        sigma_x = std::hypot(fit.sigma_x_now, burrs_in_sigma * bias_x);
         theta = std::atan2(height, x);
         disagreement = fit.excess;
-        compare(settings, cuts);
+        compare(settings, cuts, checks);
         const double between = axes.height_of(cuts[1].y - cuts[0].y);
         if (cuts.count == 2 && between != 0) {
             by_diameter_1 = -cuts[0].radius / (2 * between);
@@ -214,16 +259,21 @@ private:
     }
 
     // The last cut by the others, if there are enough of them.
-    void compare(const Settings& settings, const TurnedCuts& cuts) noexcept {
-        if ((rejected >> (cuts.count - 1) & 1) != 0) return;
-        const CutFit others = fit_of(settings, cuts, cuts.count - 1);
+    void compare(const Settings& settings, const TurnedCuts& cuts, bool checks) noexcept {
+        const std::uint32_t alone = std::uint32_t{1} << (cuts.count - 1);
+        if ((rejected & alone) != 0) {
+            newest_fits = false;
+            suspect = cuts.count;
+            return;
+        }
+        const std::uint32_t own = checks ? last_place(cuts) : alone;
+        const CutFit others = fit_of(settings, cuts, own | rejected);
         if (others.refusal != CutFit::Refusal::none) return;
         const double measured = cuts[cuts.count - 1].radius;
         FurtherCut last = further(settings, cuts);
         last.drifts = 0.5 * static_cast<double>(cuts.count);
-        const Prediction expected = predict(others, cuts[0].radius, measured, last, settings.sigmas);
-        predicted = 2 * expected.radius;
-        disagreement = std::max(disagreement, expected.disagreement(measured));
+        judge_last(cuts, predict(others, cuts[0].radius, measured, last, settings.sigmas), own | rejected, checks,
+                   others.excess <= 3);
     }
 
     // The place of the last cut against the first one.
@@ -232,7 +282,8 @@ private:
         const Cut& last = cuts[cuts.count - 1];
         const double step = last.y - cuts[0].y;
         const double deeper = depth_of(settings, cuts, cuts.count - 1) - depth_of(settings, cuts, 0);
-        return {last.x - cuts[0].x + axes.x_of(step), axes.height_of(step), deeper, 0};
+        const bool travelled = std::abs(last.x - cuts[0].x) > 1e-9 * cuts[0].radius;
+        return {last.x - cuts[0].x + axes.x_of(step), axes.height_of(step), deeper, 0, travelled};
     }
 
     // Depth of the last pass of a cut. Only differences count, so that lands of one stock need not know it.
@@ -240,7 +291,8 @@ private:
     static double depth_of(const Settings& settings, const TurnedCuts& cuts, std::size_t i) noexcept {
         if (settings.at_rest) return 0;
         const double stock = settings.stock_diameter / 2;
-        const bool same_land = settings.same_land();
+        if (cuts[i].again && !(stock > 0)) i = 0;  // the depth of the others is not known
+        const bool same_land = settings.same_land() || cuts[i].again;
         if (!same_land && !(stock > 0) && settings.pass_depth > 0) return settings.pass_depth;
         const double before = same_land && i > 0 ? cuts[i - 1].radius : stock;
         const double depth =
@@ -249,11 +301,14 @@ private:
         return settings.pass_depth > 0 ? std::min(whole, settings.pass_depth) : whole;
     }
 
-    CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::size_t count) const noexcept {
+    // Without the cuts of these bits. The last ones are left away, so that they are no part of the middle.
+    static CutFit fit_of(const Settings& settings, const TurnedCuts& cuts, std::uint32_t without) noexcept {
         std::array<Cut, CutFit::most> all = cuts.cuts;
+        std::size_t count = cuts.count;
+        while (count > 0 && (without >> (count - 1) & 1) != 0) --count;
         for (std::size_t i = 0; i < count; ++i) {
             all[i].depth = depth_of(settings, cuts, i);
-            all[i].rejected = (rejected >> i & 1) != 0;
+            all[i].rejected = (without >> i & 1) != 0;
         }
         return CutFit::of(all.data(), count, SkewedAxes(settings.angle), settings.sigmas,
                           settings.method == Method::two_lands, settings.largest_burr / 2);
@@ -337,6 +392,26 @@ struct HeightVerdict {
         return answer;
     }
 
+    // Nothing is stored now.
+    void wait(Verdict instead) noexcept {
+        verdict = instead;
+        y_moves = x_changes = false;
+    }
+
+    void ask_again(std::size_t cuts) noexcept {
+        wait(Verdict::unsure);
+        remedy = Detail::again;
+        cuts_needed = static_cast<int>(cuts) + 1;
+    }
+
+    // An answer, or the advice of a shim, needs a check first.
+    void wait_for_check(Detail hold) noexcept {
+        const bool answered = y_moves || x_changes || verdict == Verdict::on_centre ||
+                              verdict == Verdict::unchecked ||
+                              (verdict == Verdict::held && (hold == Detail::shim || hold == Detail::value_only));
+        if (answered) wait(Verdict::check);
+    }
+
     // The cuts that would answer, if there is no answer yet.
     void ask_for_cuts(const Asked& asked, const HeightSettings::Values& now, std::size_t cuts, double radius,
                       std::size_t most) noexcept {
@@ -375,6 +450,32 @@ struct HeightVerdict {
     }
 };
 
+// What a program has stored: its uncertainty, and what it has left to the tool. Lengths in mu.
+struct StoredHeight {
+    bool valid = false;
+    double sigma = 0, sigma_x = 0;   // of Y and X of the tip
+    double height = 0, x = 0;        // of the tip that remain above the target and beyond the programmed radius
+    bool signed_ = true;
+    double radius = 0;               // of the last cut
+    double step = 0;                 // of Y, for the land
+
+    // The radius that a cut leaves at this programmed radius and this height above the target.
+    Prediction expected(const HeightSettings::Values& now, double programmed, double above) const noexcept {
+        const double x_ = programmed + x, h = now.target_height + height + above;
+        const double left = std::hypot(x_, h);
+        if (!(left > 0)) return {};
+        const CutSigmas& s = now.sigmas;
+        const double by_place = std::hypot(x_ / left * std::hypot(sigma_x, s.travel),
+                                           h / left * std::hypot(sigma, s.step));
+        return {left, std::hypot(by_place, std::hypot(s.radius(), 2 * s.drift), 2 * now.check_depth * s.bend)};
+    }
+};
+
+// Where the next cut belongs: X as the program calls it, outward, and Y against the beginning.
+struct NextCut {
+    double x = 0, y = 0, radius = 0;
+};
+
 // The sequence from the first cut to the height: it takes orders, and shows the cuts that are measured, the
 // height, and the next act. Lengths in mu.
 class HeightProcedure {
@@ -383,6 +484,9 @@ public:
 
     struct Entry {
         double diameter = 0;
+        double second = 0;  // diameter at another angle; 0: not read
+        double given = 0;   // as it was entered
+        bool by_hand = false;
         bool by_beam = false;
         double wanted = 0;  // number of cuts from which on the height is computed
         double travel = 0;  // of X between the first two cuts; 0: positions
@@ -399,6 +503,7 @@ public:
             case Verdict::unsure: return verdict_.remedy != Detail::none ? verdict_.remedy : hold_;
             case Verdict::held: return hold_ != Detail::none ? hold_ : Detail::x_bounded;
             case Verdict::x: return hold_;  // of Y
+            case Verdict::check: return Detail::none;
             default: return Detail::none;
         }
     }
@@ -407,21 +512,58 @@ public:
     double correction() const noexcept { return correction_; }  // of X
     const HeightVerdict& verdict() const noexcept { return verdict_; }
 
-    // Y at which the height is wanted, and the X that the program calls 0.
-    void begin(const Settings& now, double y, double x_zero) noexcept {
+    bool cut_due() const noexcept {
+        return state_ == State::cut || (state_ == State::known && (verdict_.verdict == Verdict::check || misfit_ > 0));
+    }
+    // The cut that is due goes deeper into the land of the last one.
+    bool check_due(const Settings& now) const noexcept {
+        return state_ == State::known && cut_due() && !misfit_land(now.lands());
+    }
+    std::size_t suspect() const noexcept { return suspect_ > 0 ? suspect_ : result_.suspect; }
+
+    // Y at which the height is wanted, and the X that the program calls 0. For the land that shows what was
+    // stored the program calls this Y `program_y`.
+    void begin(const Settings& now, double y, double program_y, double x_zero) noexcept {
         end();
-        y_origin_ = y;
+        y_origin_ = now.method == Method::show ? y - program_y : y;
         cuts_.x_zero = x_zero * now.outward();
-        state_ = State::cut;
+        state_ = now.method == Method::given ? State::measure : State::cut;
+        if (now.method == Method::show && !stored_.valid) fail(Detail::nothing_stored);
+        if (now.method != Method::show) stored_ = StoredHeight{};
         if (!now.good) fail(Detail::settings);
         if (!known(y_origin_) || !known(cuts_.x_zero)) fail(Detail::position);
     }
 
-    // A height is used once: the tool table must not receive it again.
     void end() noexcept {
         forget();
         cuts_ = TurnedCuts{};
+        misfit_ = 0;
         state_ = State::idle;
+    }
+
+    // A height is used once: the tool table must not receive it again.
+    void store(const Settings& now) noexcept {
+        const bool stores = state_ == State::known && (verdict_.y_moves || verdict_.x_changes);
+        StoredHeight stored;
+        if (stores) {
+            stored.valid = true;
+            stored.sigma = result_.sigma;
+            stored.sigma_x = result_.sigma_x;
+            stored.signed_ = result_.signed_;
+            stored.height = verdict_.y_moves ? 0 : result_.height - now.target_height;
+            stored.x = verdict_.x_changes ? 0 : -correction_ * now.outward();
+            stored.radius = cuts_.count > 0 ? cuts_[cuts_.count - 1].radius : now.land_diameter / 2;
+            const double step = std::min(2 * now.lands().half(), LandPair::steepest * stored.radius);
+            stored.step = result_.signed_ ? -now.rubbing() * step : 0;  // away from the side that rubs
+        }
+        end();
+        stored_ = stored;
+    }
+
+    // Lands at their Y; else deeper into the land of the last cut: a check where the others predict it.
+    NextCut next(const Settings& now) const noexcept {
+        const NextCut its = place_of_next(now);
+        return known(its.x) && known(its.y) && known(its.radius) ? its : NextCut{};
     }
 
     // Refused cuts stay refused: the abort that tells LinuxCNC of them comes here, too.
@@ -437,13 +579,18 @@ public:
         if (state_ != State::aborted) return;
         state_ = state_before_abort_;
         fault_ = fault_before_abort_;
+        if (fault_ != Detail::none) suspect_ = cuts_.count + 1;
+        if (state_ == State::known && now.method == Method::given) state_ = State::measure;
+        if (state_ == State::known && now.method == Method::show) state_ = State::idle;
         if (state_ == State::known) evaluate(now);
     }
 
     // The tool stands at the end of a cut. `load` is the largest one of the spindle since the cut before, in
     // %.
     bool take_position(const Settings& now, double x, double y, double load) noexcept {
-        if ((state_ != State::cut && state_ != State::known) || cuts_.count == CutFit::most) return false;
+        const bool again = state_ == State::measure && fault_ != Detail::none;  // of a cut that removed nothing
+        const bool may = state_ == State::cut || again || (state_ == State::known && now.method != Method::show);
+        if (!may || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
             fail(Detail::position);
             return false;
@@ -452,10 +599,12 @@ public:
             fail(Detail::no_load);
             return false;
         }
-        forget();
         Cut& cut = cuts_.cuts[cuts_.count];
+        cut = Cut{};
         cut.x = x * now.outward();
         cut.y = y - y_origin_;
+        cut.again = verdict_.verdict == Verdict::check || misfit_ > 0;
+        forget();
         state_ = State::measure;
         return true;
     }
@@ -463,18 +612,29 @@ public:
     // The diameter of the cut, in state measure. A slip, or a beam without a diameter, is to be entered
     // again.
     void take_diameter(const Settings& now, const Entry& entry) noexcept {
+        if (now.method == Method::given) {
+            if (entry.by_hand) take_height(now, entry.given);
+            return;
+        }
         cuts_.travel = entry.travel;
         if (entry.by_beam && !(entry.diameter > 0)) {
             fault_ = Detail::beam;
             return;
         }
         if (!now.good) return fail(Detail::settings);
-        cuts_.cuts[cuts_.count].radius = now.radius_of(entry.diameter);
+        suspect_ = cuts_.count + 1;
+        read(now, entry, cuts_.cuts[cuts_.count]);
         fault_ = TipHeight::slip(now, cuts_, cuts_.count);
         if (fault_ != Detail::none) return;
+        if (now.method == Method::show) return show(now);
+        if (const Detail refusal = TipHeight::refusal(now, cuts_, cuts_.count); refusal != Detail::none) {
+            const bool reading = refusal == Detail::air_cut || refusal == Detail::implausible;
+            if (!(entry.by_hand && reading)) return fail(refusal);
+            fault_ = refusal;  // a reading may be wrong, where a gauge is right
+            return;
+        }
         cuts_.count += 1;
-        if (const Detail refusal = TipHeight::refusal(now, cuts_, cuts_.count - 1); refusal != Detail::none)
-            return fail(refusal);
+        suspect_ = 0;
         state_ = State::cut;
         if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
     }
@@ -487,10 +647,10 @@ public:
             state_ != State::idle && state_ != State::aborted && number >= 1 && number < count + 1;
         if (!may) return false;
         const std::size_t i = static_cast<std::size_t>(number) - 1;
-        const double former = cuts_.cuts[i].radius;
-        cuts_.cuts[i].radius = now.radius_of(entry.diameter);
+        const Cut former = cuts_.cuts[i];
+        read(now, entry, cuts_.cuts[i]);
         if (const Detail slip = TipHeight::slip(now, cuts_, i); slip != Detail::none || !now.good) {
-            cuts_.cuts[i].radius = former;
+            cuts_.cuts[i] = former;
             fault_ = now.good ? slip : Detail::settings;
             return true;
         }
@@ -508,6 +668,7 @@ public:
         if (!may || cuts_.count == 0 || number != static_cast<double>(cuts_.count)) return false;
         forget();
         cuts_.count -= 1;
+        if (misfit_ > cuts_.count) misfit_ = 0;
         state_ = State::measure;
         return true;
     }
@@ -525,15 +686,133 @@ public:
     }
 
 private:
+    NextCut place_of_next(const Settings& now) const noexcept {
+        const double inward = now.inside ? 1 : -1;
+        NextCut its;
+        if (now.method == Method::show) {
+            its.radius = stored_.radius + inward * now.check_depth;
+            its.y = stored_.step;
+            its.x = std::sqrt(std::max(its.radius * its.radius - its.y * its.y, 0.0));
+            return its;
+        }
+        const LandPair lands = now.lands();
+        const bool is_land = now.method == Method::two_lands && (state_ == State::cut || misfit_land(lands));
+        if (cuts_.count == 0 || is_land) {
+            const std::size_t k = misfit_ > 0 ? cuts_.count - 1 : cuts_.count;
+            if (now.method == Method::two_lands) its.y = k % 4 == 0 || k % 4 == 3 ? lands.first : lands.second;
+            its.x = cuts_.count > 0 ? cuts_.programmed(0) : now.land_diameter / 2;
+            its.radius = std::hypot(its.x, its.y);
+            return its;
+        }
+        const SkewedAxes axes(now.angle);
+        const Cut& last = cuts_[cuts_.count - 1];
+        // Below all of them, so that it has the diameter of none.
+        its.radius = last.radius;
+        for (std::size_t i = 0; i < cuts_.count; ++i)
+            its.radius = now.inside ? std::max(its.radius, cuts_[i].radius) : std::min(its.radius, cuts_[i].radius);
+        its.radius += inward * std::max(now.check_depth, 8 * now.sigmas.radius());
+        // Asked for again it is cut in the middle, where a chip shows the most.
+        its.y = now.method != Method::two_lands ? last.y
+                : misfit_ > 0                   ? (lands.first + lands.second) / 2
+                                                : lands.check(its.radius, now.clearance, now.rubbing());
+        const double height = result_.valid ? result_.height + axes.height_of(its.y) : 0;
+        const double tip = std::sqrt(std::max(its.radius * its.radius - height * height, 0.0));
+        // Close to the axis there is no room: between the first two cuts.
+        if (!(its.radius > 0.3 * last.radius && tip > 0) && !now.inside && cuts_.count > 1) {
+            its.x = (cuts_.programmed(0) + cuts_.programmed(1)) / 2;
+            its.radius = (cuts_[0].radius + cuts_[1].radius) / 2;
+        } else {
+            its.x = result_.valid ? cuts_.programmed(0) + tip - result_.x - axes.x_of(its.y)
+                                  : cuts_.programmed(cuts_.count - 1) + inward * now.check_depth;
+        }
+        return its;
+    }
+
     static bool known(double position) noexcept { return std::abs(position) <= HeightSettings::farthest; }
 
-    void evaluate(const Settings& now) noexcept {
+    static void read(const Settings& now, const Entry& entry, Cut& cut) noexcept {
+        cut.radius = now.radius_of(entry.diameter);
+        cut.apart = 0;
+        if (!(entry.second > 0)) return;
+        const double second = now.radius_of(entry.second);
+        cut.apart = second - cut.radius;
+        cut.radius = (cut.radius + second) / 2;
+    }
+
+    // Sigma of a mean of two readings, by their differences; larger the fewer there are.
+    double lobes() const noexcept {
+        double sum = 0, count = 0;
+        for (std::size_t i = 0; i < cuts_.count; ++i) {
+            sum += cuts_[i].apart * cuts_[i].apart;
+            count += cuts_[i].apart != 0 ? 1 : 0;
+        }
+        return count > 0 ? std::sqrt(sum / count) * (1 + 1 / count) : 0;  // of a diameter
+    }
+
+    // Whether the cut that does not fit is the newest one: it is asked for again.
+    bool misfit_land(const LandPair& lands) const noexcept {
+        if (misfit_ == 0 || cuts_.count == 0) return false;
+        const double y = cuts_[cuts_.count - 1].y;
+        return std::min(std::abs(y - lands.first), std::abs(y - lands.second)) < 2e-3 * cuts_[0].radius &&
+               std::abs(cuts_[cuts_.count - 1].x - cuts_[0].x) < 2e-3 * cuts_[0].radius;
+    }
+
+    // A height that was worked out elsewhere.
+    void take_height(const Settings& now, double height) noexcept {
+        if (!now.good) return fail(Detail::settings);
+        if (!known(height)) return fail(Detail::implausible);
+        const SkewedAxes axes(now.angle);
+        forget();
+        result_.valid = result_.signed_ = result_.checked = true;
+        result_.height = height;
+        move_ = axes.travel_for(now.target_height - height);
+        correction_ = -axes.x_of(move_) * now.outward();
+        hold_ = hal::first<Detail>({{!(std::abs(move_) <= now.max_move), Detail::move},
+                                    {now.without_y, Detail::shim},
+                                    {!now.automatic, Detail::value_only}});
+        verdict_.y_moves = hold_ == Detail::none;
+        verdict_.x_changes = verdict_.y_moves && std::abs(correction_) > 1e-9;
+        verdict_.verdict = !verdict_.y_moves ? Verdict::held : verdict_.x_changes ? Verdict::both : Verdict::y;
+        state_ = State::known;
+    }
+
+    // A land that must show what was stored.
+    void show(const Settings& now) noexcept {
+        const Cut& cut = cuts_[0];
+        const SkewedAxes axes(now.angle);
+        const double above = axes.height_of(cut.y), programmed = cuts_.programmed(0) + axes.x_of(cut.y);
+        const Prediction expected = stored_.expected(now, programmed, above);
+        const StoredHeight stored = stored_;
+        stored_ = StoredHeight{};
+        if (!(expected.radius > 0 && expected.disagreement(cut.radius) <= 3)) return fail(Detail::not_shown);
+        cuts_.count = 1;
+        result_.valid = result_.signed_ = result_.checked = true;
+        result_.height = now.target_height + stored.height;
+        result_.sigma = stored.sigma;
+        result_.predicted = 2 * expected.radius;
+        verdict_.verdict = Verdict::shown;
+        state_ = State::known;
+    }
+
+    void evaluate(Settings now) noexcept {
         if (!now.good) return fail(Detail::settings);
         if (!known(cuts_.travel) || cuts_.travel < 0) return fail(Detail::travel);
+        const double gauge = now.sigmas.gauge, lobed = lobes();
+        now.sigmas.gauge = std::hypot(gauge, lobed);
         result_ = TipHeight::of(now, cuts_);
         fault_ = result_.fault;
         state_ = fault_ == Detail::none ? State::known : State::refused;
         if (!result_.valid) return;
+        // Older cuts that now seem to have burrs may be those of the edge before it slipped.
+        const std::uint32_t older = misfit_ > 0 ? (std::uint32_t{1} << (misfit_ - 1)) - 1 : 0;
+        // Deeper cuts show a chip less clearly: the third one must agree the best.
+        const double most = misfit_ > 0 && cuts_.count > misfit_ + 1 ? 1 : 2;
+        const bool explained = result_.disagreement <= most && (result_.rejected & older & ~rejected_before_) == 0;
+        const bool fits = result_.newest_fits && (misfit_ == 0 || explained);
+        if (fits) misfit_ = 0;
+        if (!fits && misfit_ == 0) misfit_ = cuts_.count;
+        if (misfit_ == 0 || misfit_ == cuts_.count) rejected_before_ = result_.rejected;
+        if (misfit_ > 0 && cuts_.count >= misfit_ + 2) return fail(Detail::insert);
         const SkewedAxes axes(now.angle);
         const double rise = now.target_height - result_.height;
         move_ = axes.travel_for(rise);
@@ -555,7 +834,10 @@ private:
         asked.without_y = now.without_y;
         asked.largest_x = now.max_x_correction;
         verdict_ = HeightVerdict::of(asked, now.tolerance);
-        verdict_.ask_for_cuts(asked, now, cuts_.count, cuts_[0].radius, CutFit::most);
+        verdict_.ask_for_cuts(asked, now, cuts_.count, cuts_[0].radius, CutFit::most_asked);
+        if (verdict_.verdict == Verdict::unsure && lobed > 2 * gauge) verdict_.remedy = Detail::lobes;
+        if (misfit_ > 0) verdict_.ask_again(cuts_.count);
+        if (!result_.checked && !now.at_rest && misfit_ == 0) verdict_.wait_for_check(hold_);
         if (result_.signed_ && hold_ != Detail::disagreement)
             bend_.take(now.tool, now.at_rest, result_.height - axes.height_of(y_origin_), result_.sigma);
     }
@@ -570,22 +852,24 @@ private:
         result_ = TipHeight{};
         verdict_ = HeightVerdict{};
         fault_ = Detail::none;
+        suspect_ = 0;
     }
 
     // Of a tip that Y moves in X by `moved` and that then has this height: the programmed radius is turned.
     double correction_of_x(double moved, double height) const noexcept {
         const double programmed = cuts_.programmed(0);
         const double tip = std::sqrt(std::max((programmed - height) * (programmed + height), 0.0));
-        return (height != 0 && tip > 0 ? tip : programmed) - result_.x - moved;
+        return (height != 0 && tip > 0 ? tip : programmed) - result_.x_now - moved;
     }
 
     // For two cuts the sigma is that of y squared, twice its root is the smallest height that counts.
     Detail reason_to_hold(const Settings& now, double rise) const noexcept {
         const bool squared = now.method == Method::two_cuts;
         const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
-                                     : std::max(3 * result_.sigma, 2 * result_.bias_y);
+                                     : std::max(KnownError::sure * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
         return hal::first<Detail>({{!result_.signed_, now.without_y ? Detail::sign_by_shim : Detail::sign},
+                                   {misfit_ > 0, Detail::again},
                                    {result_.disagreement > 3, Detail::disagreement},
                                    {!(result_.sigma <= now.max_sigma), Detail::sigma},
                                    {!(std::abs(move_) <= now.max_move), Detail::move},
@@ -602,6 +886,10 @@ private:
     Detail hold_ = Detail::none;
     ToolBend bend_;
     double y_origin_ = 0, move_ = 0, correction_ = 0;
+    std::size_t misfit_ = 0;   // number of the first of the last cuts that do not fit; 0: the last one fits
+    std::uint32_t rejected_before_ = 0;  // with burrs, a bit for each, before the last cuts did not fit
+    std::size_t suspect_ = 0;  // number of the cut whose reading is refused
+    StoredHeight stored_;
     HeightVerdict verdict_;
 };
 

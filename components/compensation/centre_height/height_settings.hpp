@@ -23,12 +23,12 @@ private:
 public:
     static constexpr std::size_t most_posts = 4;
     static constexpr double farthest = 1e5;  // mu
-    static constexpr hal::Range methods{0, 3}, posts_in_use{0, 3}, signs{-1, 1};
+    static constexpr hal::Range methods{0, 4}, posts_in_use{0, 3}, signs{-1, 1};
     static constexpr hal::Range sigmas{0, 1}, lengths{0, farthest};
     static constexpr hal::Range offsets{-100, 100}, factors{0.5, 2};      // mu, 1
     static constexpr hal::Range between_axes{6, 170}, clearances{0, 85};  // deg
 
-    hal::In<std::int32_t> method{this, "method", 1, "0 two cuts, 1 two lands, 2 step of Y, 3 any cuts.",
+    hal::In<std::int32_t> method{this, "method", 1, "0 two cuts, 1 two lands, 2 step of Y, 3 any cuts, 4 a height from elsewhere.",
                                  hal::machine(methods)};
     hal::In<bool> inside{this, "inside", false, "Internal turning: X goes outward to cut deeper.",
                          hal::machine()};
@@ -146,19 +146,20 @@ public:
 
     // Of a stock that was turned or ground, by a hand micrometer: a cut that is not 30 um deep is none.
     const double stock_sigma = 0.01 / hal::Owner(this).registrar().millimetres();
+    const double check_depth = 0.1 / hal::Owner(this).registrar().millimetres();
 
     struct Values {
         Method method = Method::two_lands;
         std::size_t post = 0;
         bool inside = false, outward_is_minus = false, inverted = false, x_is_radius = false, at_rest = false;
-        bool air_cut_check = false, automatic = false, without_y = false, good = false;
+        bool air_cut_check = false, automatic = false, table_asks = false, without_y = false, good = false;
         double angle = 0, clearance = 0;  // rad
         CutSigmas sigmas;
         double land_step = 0, land_diameter = 0, stock_diameter = 0;
         double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 0;
         double diameter_offset = 0, diameter_factor = 0, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
-        double stock_sigma = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0, least_load = 0;
+        double stock_sigma = 0, check_depth = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0, least_load = 0;
 
         double tool = 0;
 
@@ -170,6 +171,9 @@ public:
             return air_cut_check || method == Method::two_cuts || method == Method::y_step;
         }
         double rubbing() const noexcept { return inverted ? -1 : 1; }
+        LandPair lands() const noexcept {
+            return LandPair::of(land_step, land_diameter / 2, clearance, rubbing());
+        }
     };
 
     // `good` is false if one of them is out of range. A program has only numbers with a point; `post_word`
@@ -210,6 +214,7 @@ public:
         const bool has_stock = its_stock >= 0 && its_stock <= farthest;
         now.stock_diameter = its_stock > 0 ? its_stock : own_stock;
         now.stock_sigma = stock_sigma;
+        now.check_depth = check_depth;
         now.pass_depth = read(pass_depth);
         now.sigmas.bend = read(bend_per_depth);
         now.max_x_correction = read(max_x_correction);
@@ -223,7 +228,7 @@ public:
         now.tolerance = read(tolerance);
         now.target_diameter = read(target_diameter);
 
-        const bool has_method = method_word == 0 || (method_word > 0.5 && method_word < 4.5);
+        const bool has_method = method_word == 0 || (method_word > 0.5 && method_word < 6.5);
         now.good = read.good() && has_post && has_method && has_stock && has_sign;
         if (now.good && method_word != 0)
             now.method = static_cast<Method>(static_cast<int>(method_word - 0.5));

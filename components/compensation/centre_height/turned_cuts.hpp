@@ -66,6 +66,7 @@ private:
 struct LandPair {
     double first = 0, second = 0;  // the first is on the side of +Y
     bool about = true;             // the present height is in the middle
+    static constexpr double steepest = 0.6;  // largest height of a check, per radius
 
     double half() const noexcept { return (first - second) / 2; }
 
@@ -82,6 +83,14 @@ struct LandPair {
         return rubbing > 0 ? LandPair{0, -2 * smaller, false} : LandPair{2 * smaller, 0, false};
     }
 
+    // Height of a check that leaves this radius: two steps above the middle, or half a step where the
+    // clearance forbids it or the radius is too small.
+    double check(double radius, double clearance, double rubbing) const noexcept {
+        const double middle = (first + second) / 2, far = middle + 2 * half();
+        const bool fits = clears(far, radius, clearance, rubbing) && std::abs(far) <= steepest * radius;
+        return fits ? far : middle + half() / 2;
+    }
+
 private:
     static constexpr double kept = 0.9;  // of the clearance
 };
@@ -91,7 +100,9 @@ private:
 struct Cut {
     double x = 0, y = 0, radius = 0;
     double depth = 0;       // of its last pass; only differences count
-    bool rejected = false;  // an outlier, which does not count
+    double apart = 0;       // of two readings at two angles, as radii; 0 for one reading
+    bool again = false;     // deeper into the land of the cut before
+    bool rejected = false;  // does not count
 };
 
 // Height y and distance x of a tip from the axis, signed, from any number of cuts at two or more positions of
@@ -109,7 +120,8 @@ struct Cut {
 // bend of work and tool per depth, in X and in Y, each 0 within sigmas.bend: only unequal depths show them.
 class CutFit {
 public:
-    static constexpr std::size_t most = 16;
+    static constexpr std::size_t most = 20;
+    static constexpr std::size_t most_asked = 16;  // the others are for checks
 
     enum class Refusal : std::int32_t { none, too_few, no_step, no_solution };
 
@@ -124,6 +136,7 @@ public:
     double x = 0, y = 0;         // at the first cut, as in the middle of all cuts
     double drift = 0, rise = 0;  // of the radius and of the tip, per cut
     double sigma_y = 0, sigma_x = 0;
+    double x_now = 0, sigma_x_now = 0;  // as after the last cut: what has drifted in half of the cuts counts
     double excess = 0;  // of the residuals, in sigmas; 0 if no cut is redundant
     int redundant = 0;  // rows more than unknowns
     int spare = 0;      // cuts more than needed
@@ -237,10 +250,10 @@ private:
         for (int row = 0; row < cuts; ++row) {
             const Point& p = points[row];
             const double h = y_now + p.dy;
-            const double x_now = find_x ? std::sqrt(std::max(p.radius * p.radius - h * h, 0.0))
-                                        : 0;  // lands are cut at one position of X
+            const double x_here = find_x ? std::sqrt(std::max(p.radius * p.radius - h * h, 0.0))
+                                         : 0;  // lands are cut at one position of X
             const double noise =
-                2 * std::sqrt(square(p.radius * per_radius) + square(x_now * per_x) + square(h * per_y));
+                2 * std::sqrt(square(p.radius * per_radius) + square(x_here * per_x) + square(h * per_y));
             const double weight = width / noise * (p.rejected ? negligible : 1);
             a(row, 0) = weight;
             if (find_x) a(row, 1) = weight * 2 * p.dx / scale.x;
@@ -305,9 +318,15 @@ private:
             }
         }
         sigma_x = row_x.norm();
+        x_now = x;
+        sigma_x_now = sigma_x;
         if (drifts) {
             drift = solution(needed) / sizes(needed) * per_drift;
             rise = solution(needed + 1) / sizes(needed + 1) * per_drift;
+            const double half = 0.5 * (cuts - 1);
+            x_now += drift * half;
+            sigma_x_now = std::hypot((row_x + row_of(needed) / sizes(needed) * per_drift * half).norm(),
+                                     drift * half);
         }
         const int others = static_cast<int>(a.rows()) - unknowns;  // dimensions of the residuals
         redundant = others - rejected;
@@ -318,6 +337,7 @@ private:
             if (excess > 3) {  // the cuts scatter by more than their sigmas
                 sigma_y *= std::sqrt(chi / redundant);
                 sigma_x *= std::sqrt(chi / redundant);
+                sigma_x_now *= std::sqrt(chi / redundant);
             }
         }
         if (!outlier) return;
@@ -462,8 +482,9 @@ struct Prediction {
 // A further cut: place of the tip against the first cut, with skewed axes resolved, and its number.
 struct FurtherCut {
     double dx = 0, dy = 0;
-    double deeper = 0;  // its last pass than that of the first cut
-    double drifts = 0;  // cuts between the middle of the known ones, or the first of two, and this one
+    double deeper = 0;      // its last pass than that of the first cut
+    double drifts = 0;      // cuts between the middle of the known ones, or the first of two, and this one
+    bool travelled = true;  // X stands elsewhere
 };
 
 inline double square(double z) noexcept {
@@ -501,10 +522,13 @@ inline Prediction predict(const TwoCuts& two, const Cut& first, const Cut& secon
 // By a fit of the other cuts. `first` and `measured` are the radii of the first cut and of the further one.
 inline Prediction predict(const CutFit& others, double first, double measured, const FurtherCut& further,
                           const CutSigmas& sigmas) noexcept {
-    const double own = std::hypot(std::hypot(sigmas.radius(), sigmas.drift * further.drifts),
+    const double radius = others.predicted(further.dx, further.dy);
+    if (!(radius > 0)) return {};
+    const double x = (others.x + further.dx) / radius, h = (others.y + further.dy) / radius;
+    const double place = std::hypot(further.travelled ? x * sigmas.travel : 0, h * sigmas.step);
+    const double own = std::hypot(std::hypot(sigmas.radius(), sigmas.drift * further.drifts, place),
                                   sigmas.scale * (measured - first), sigmas.bend * further.deeper);
-    return {others.predicted(further.dx, further.dy),
-            std::hypot(others.sigma_predicted(further.dx, further.dy), own, 1e-9 * measured)};
+    return {radius, std::hypot(others.sigma_predicted(further.dx, further.dy), own, 1e-9 * measured)};
 }
 
 // What an operator may have done who entered a diameter.
@@ -539,14 +563,16 @@ struct KnownError {
 
     // One-sided, at 95 %.
     bool within(double tolerance) const noexcept { return size + one_sided * sigma <= tolerance; }
-    bool significant() const noexcept { return size >= std::max(3 * sigma, 2 * bias) && size > 0; }
+    // An error of half of it, which would make a correction worse than none, is beyond two sigmas.
+    static constexpr double sure = 4;
+    bool significant() const noexcept { return size >= std::max(sure * sigma, 2 * bias) && size > 0; }
 
     // The cuts that would make the error known, as a multiple of the cuts that there are: within the
     // tolerance, or significant. The sigma is inverse to the root of the number of cuts.
     double more_cuts(double tolerance) const noexcept {
         const double room = tolerance - size;
         const double until_within = room > 0 ? square(one_sided * sigma / room) : HUGE_VAL;
-        const double until_significant = size > 0 ? square(3 * sigma / size) : HUGE_VAL;
+        const double until_significant = size > 0 ? square(sure * sigma / size) : HUGE_VAL;
         return std::min(until_within, until_significant);
     }
 

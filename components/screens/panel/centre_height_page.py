@@ -6,27 +6,29 @@ import math
 from panel import access, centre_height_state, status, texts
 from panel.function_page import EntryPage, FunctionPage
 from panel.picture import Picture
-from panel.texts import _, in_micrometres, number, position, unit_name, with_unit
+from panel.texts import _, in_micrometres, number, unit_name, with_unit
 from panel.widgets import Figures, Keypad, button, card, choose, clear, column, flow, grow, label, row, scrolled, set_text
 
 
 class CentreHeightPage(FunctionPage):
     function = "centre_height"
     place = 3
-    _jogging = False  # a step is under way
+    _turns = False  # M455 turns the lands, by hand
     live = ("x-position-0", "y-position-0", "diameter")
 
     # Name, method, fewest cuts, and how to cut them.
     METHODS = (
-        ("Two lands", 1, 2, "Each land beside the one before, at the same X: the first with Y above, the next below."),
+        ("Two lands", 1, 4, "The machine turns each land and stops the spindle; you measure it. Put the tool clear in X, where the lands begin: each takes 3 mm of Z."),
         ("Two cuts", 0, 2, "Both cuts on one land at the present Y, the second one deeper. They do not show the sign."),
         ("Step of Y", 2, 2, "Cuts on one land, each deeper and at another Y."),
     )  # for gettext: _("Two cuts"), _("Two lands"), _("Step of Y")
-    # for gettext: _("Each land beside the one before, at the same X: the first with Y above, the next below.")
+    # for gettext: _("The machine turns each land and stops the spindle; you measure it. Put the tool clear in X, where the lands begin: each takes 3 mm of Z.")
     # for gettext: _("Both cuts on one land at the present Y, the second one deeper. They do not show the sign.")
     # for gettext: _("Cuts on one land, each deeper and at another Y.")
     LANDS = 1
     SAME_Y = 0.001  # mu
+    LENGTH, FEED = 3, 200  # of a land, mm and mm/min
+    SMALLEST = 0.9  # to which the trial stock may be turned, of the lands
 
     def content(self):
         self._picture = HeightPicture(self)
@@ -34,14 +36,8 @@ class CentreHeightPage(FunctionPage):
         self._step, self._sent, self._shown = label("", "value"), [], None
         self._ys, self._y_origin = {}, None  # where the cuts were ended here, and where Y was at the beginning
         self._entered = column(spacing=4)
-        self._place = label("", "value")
-        steps = (0.001, 0.01, 0.1) if texts.MACHINE_UNIT[0] == "in" else (0.01, 0.1, 1)
-        jogs = [button("Y %s%g" % ("\u2212" if sign < 0 else "+", step), lambda by=sign * step: self._jog(by), "key", name="Y %+g" % (sign * step))
-                for sign in (-1, 1) for step in (reversed(steps) if sign < 0 else steps)]
-        moves = flow(*jogs)
-        moves.set_max_children_per_line(3)
-        return [card(label(_("Next step"), "soft"), self._step, self._entered), card(label(_("Move Y by a step"), "soft"), self._place, moves),
-                self._figures, self._picture]
+        self._expected_now = {}  # the diameter that centre_height expects, by cut
+        return [card(label(_("Next step"), "soft"), self._step, self._entered), self._figures, self._picture]
 
     def buttons(self):
         begin = [self.remedy("start", button(_("Begin: {method}").format(method=_(method[0])), lambda method=method: self.panel.open(
@@ -49,6 +45,7 @@ class CentreHeightPage(FunctionPage):
         interrupt = button(_("Interrupt"), lambda: self._do(_("Interrupt"), "abort", "O <height_abort> call"))
         enter = button(_("Enter the radius") if self.by_radius else _("Enter the diameter"), lambda: self.panel.open(DiameterPage(self.panel, self)))
         resume = button(_("Continue"), lambda: self._do(_("Continue"), "resume", "M453"))
+        self._turn_button = self.remedy("cut-done", button(_("Turn the next land"), self._turn))
         self._next = {  # the buttons of a step, by step
             centre_height_state.CUTS: [self.remedy("cut-done", button(_("The cut is done"), self._end_cut)), interrupt],
             centre_height_state.WAITS: [self.remedy("enter", enter), interrupt],
@@ -56,7 +53,7 @@ class CentreHeightPage(FunctionPage):
             centre_height_state.INTERRUPTED: [self.remedy("resume", resume), *begin],
         }
         self._begin = begin
-        return [*begin, *[its[0] for its in self._next.values()], interrupt]
+        return [*begin, self._turn_button, *[its[0] for its in self._next.values()], interrupt]
 
     def _y(self):
         """Of this moment: values of the last look may be those before a move."""
@@ -66,24 +63,22 @@ class CentreHeightPage(FunctionPage):
         self._ys[self.get(self.panel.values, "cut-number") + 1] = self._y()
         self._do(_("The cut is done"), "cut-done", "M451")
 
-    def _jog(self, by):
-        """One move of Y a touch, in machine coordinates: no tool and no origin is changed by it."""
-        action = _("Move Y by a step")
-        why = self.panel.access.refusal("operator") or access.unsafe(self.panel.guard.values())
-        y = self._y()
-        if why or self._jogging:
-            self.panel.say(_("{action}: refused. {why}").format(action=action, why=why or _("An axis moves.")), "warn")
-            return
-        self._jogging = True
-        self.panel.mdi("G53 G0 Y[%s]" % texts.for_program(y + by), action, done=self._jogged)
-
-    def _jogged(self):
-        self._jogging = False
+    def _turn(self):
+        """M453 clears X, moves Y, starts the spindle, turns the land, clears X and stops the spindle."""
+        cut = self.get(self.panel.values, "cut-number") + 1
+        self._expected_now[cut] = self.get(self.panel.values, "next-diameter", 0.0)
+        if not self.get(self.panel.values, "check-due"):
+            self._ys[cut] = self._y_of_land(cut)
+        self._do(_("Turn the next land"), "resume", "M453")
 
     def guidance(self, values):
         """The next step in words, with the figures that it needs."""
         get = lambda short, otherwise=0.0: self.get(values, short, otherwise)  # noqa: E731
         state = centre_height_state.step(self.instance, values)
+        if self._turns and (state == centre_height_state.CUTS or get("check-due", False)):
+            if get("check-due", False):
+                return _("Touch \"Turn the next land\": the check, 0.1 mm deeper into the last land. The spindle starts.")
+            return _("Touch \"Turn the next land\". The spindle starts.")
         if state == centre_height_state.CUTS:
             cut = get("cut-number", 0) + 1
             if self.method(values) == self.LANDS:
@@ -94,6 +89,8 @@ class CentreHeightPage(FunctionPage):
         if state == centre_height_state.WAITS:
             if self.by_radius:
                 return _("Retract X, stop the spindle, measure cut {cut}, and enter its radius.").format(cut=get("cut-number", 0) + 1)
+            if self._turns:
+                return _("Wait until the spindle stands. Measure the land that was turned last, and enter its diameter.")
             return _("Retract X, stop the spindle, measure cut {cut}, and enter its diameter.").format(cut=get("cut-number", 0) + 1)
         if state == centre_height_state.KNOWN:
             its = status.of(self.instance, values)
@@ -108,17 +105,22 @@ class CentreHeightPage(FunctionPage):
         """That of the program, or of the pin."""
         return int(self.get(values, "program-method", 0)) - 1 if self.get(values, "program-method", 0) >= 1 else self.get(values, "method", 0)
 
-    def begin(self, method, cuts, diameter):
-        """`diameter` is a text of the operator. Raises ValueError."""
-        value = float(diameter.replace(",", "."))
-        if not value > 0 or not math.isfinite(value):
-            raise ValueError(_("A diameter is above 0."))
-        self._sent, self._ys, self._y_origin = [], {}, self._y()
+    def begin(self, method, cuts, diameter, stock=""):
+        """`diameter` and `stock` are texts of the operator. Raises ValueError."""
+        value = diameter_of(diameter)
+        self._sent, self._ys, self._y_origin, self._expected_now, self._turns = [], {}, self._y(), {}, False
         if "start" in self.instance.settings():
             for short, text in (("method", str(method)), ("cuts", str(cuts)), ("land-diameter", repr(value))):
                 if short in self.instance.settings():
                     self.panel.write(self.instance.full(short), text, "button")
             self.panel.pulse(self.instance.full("start"))
+        elif method == self.LANDS:
+            self._turns = True
+            self._ys[1] = self._y_of_land(1)
+            inch = 25.4 if texts.MACHINE_UNIT[0] == "in" else 1
+            own = texts.for_program
+            self.panel.mdi("M455 D[%s] E[%s] Z[#<_z>] K[%s] Q%d P[%s] R[#<_x> / [1 + #<_lathe_diameter_mode>]] L1" % (
+                own(value), own(diameter_of(stock)), own(self.LENGTH / inch), cuts // 2, own(self.FEED / inch)), _("Begin"))
         else:
             self.panel.mdi("M450 P%d Q%d D[%s]" % (method, cuts, texts.for_program(value)), _("Begin"))
 
@@ -144,9 +146,7 @@ class CentreHeightPage(FunctionPage):
 
     def enter(self, text, cut=0):
         """The diameter of the last cut, or of one that was entered before. Raises ValueError."""
-        value = float(text.replace(",", "."))
-        if not value > 0 or not math.isfinite(value):
-            raise ValueError(_("A diameter is above 0."))
+        value = diameter_of(text)
         former = self.value_of(cut)
         if "entered" in self.instance.settings():
             self.panel.write(self.instance.full("entered-cut"), str(cut), "button")
@@ -189,6 +189,8 @@ class CentreHeightPage(FunctionPage):
     def expected(self, cut):
         """The diameter that a tool on centre leaves; 0 while it is unknown."""
         values = self.panel.values
+        if self._expected_now.get(cut):
+            return self._expected_now[cut]
         if self.method(values) != self.LANDS:
             return 0.0
         y = self._ys[cut] - self._y_origin if self._y_origin is not None and cut in self._ys else self._y_of_land(cut)
@@ -212,19 +214,24 @@ class CentreHeightPage(FunctionPage):
         return 5 * math.hypot(self.get(values, "gauge-sigma", 0.0), 2 * self.get(values, "cut-repeatability", 0.0))
 
     def _store(self):
+        smallest = self.SMALLEST * self.get(self.panel.values, "land-diameter", 0.0)
+        line = "M454 D[%s]" % texts.for_program(smallest) if self._turns else "M454"
+        then = _("The spindle starts, and a land 0.1 mm deeper must show it; the trial stock is turned to no less than {diameter}.").format(
+            diameter=with_unit(smallest, "mu")) if self._turns else _("It is not checked by a land.")
         self.panel.guard.once_asked(lambda: (_("Store the height in the tool table? Y moves by {move} with its next word.").format(
-            move=in_micrometres(self.get(self.panel.values, "y-move", 0.0))), []),
-                        _("Store the height"), lambda: self.panel.mdi("M454", _("Store the height")))
+            move=in_micrometres(self.get(self.panel.values, "y-move", 0.0))) + " " + then, []),
+                        _("Store the height"), lambda: self.panel.mdi(line, _("Store the height")))
 
     def refresh(self, values):
         super().refresh(values)
         set_text(self._step, self.guidance(values))
-        set_text(self._place, "Y " + position(self.get(values, "y-position-%d" % self.get(values, "post"), 0.0)))
         self._show_entered(values)
         state = centre_height_state.step(self.instance, values)
         may_store = status.of(self.instance, values).button == "store"
         wanted = self._next.get(state, self._begin) if state != centre_height_state.KNOWN or may_store else self._begin
-        for its in {each for step in self._next.values() for each in step} | set(self._begin):
+        if self._turns and (state == centre_height_state.CUTS or self.get(values, "check-due")):
+            wanted = [self._turn_button, *self._next[centre_height_state.CUTS][1:]]
+        for its in {each for step in self._next.values() for each in step} | {self._turn_button, *self._begin}:
             its.get_parent().set_visible(its in wanted)
         valid = self.get(values, "value-valid")
         self._figures.show_value(_("Height"), in_micrometres(self.get(values, "height", 0.0)) if valid else "\u2013")
@@ -234,17 +241,26 @@ class CentreHeightPage(FunctionPage):
         self._picture.show_height(self.get(values, "height", 0.0) if valid else None, self.get(values, "sigma", 0.0))
 
 
+def diameter_of(text):
+    """Raises ValueError."""
+    value = float(text.replace(",", "."))
+    if not value > 0 or not math.isfinite(value):
+        raise ValueError(_("A diameter is above 0."))
+    return value
+
+
 def with_sign(value):
     return ("+" if value >= 0 else "") + with_unit(float(value), "mu")
 
 
 class BeginPage(EntryPage):
-    """Number of cuts and diameter of a method, before it begins."""
+    """Number of cuts and diameter of a method, and of lands the diameter of the stock, before it begins."""
 
-    CUTS = (2, 4, 6)
+    CUTS = (2, 4, 8)
 
-    def __init__(self, panel, page, method):
+    def __init__(self, panel, page, method, diameter=""):
         self.page = self.back = page
+        self._of, self._diameter = method, diameter  # of the first page
         self._name, self._method, self._fewest, self._how = method
         super().__init__(panel)
 
@@ -252,21 +268,43 @@ class BeginPage(EntryPage):
     def title(self):
         return _("Begin: {method}").format(method=_(self._name))
 
+    @property
+    def _asks_for_stock(self):
+        return self._method == self.page.LANDS and "start" not in self.page.instance.settings()
+
     def build(self):
         self._keypad = Keypad("")
-        self._choices = {}
-        for cuts in self.CUTS:
-            self._choices[cuts] = button(_("{count} cuts").format(count=cuts), lambda cuts=cuts: self._choose(cuts), "key")
-        self._choose(self._fewest)
-        return scrolled(column(label(self.title, "title"), label(_(self._how)), flow(*self._choices.values()),
-                               label(_("Diameter to turn, without the error of the tool"), "value"),
+        self._choices, cuts = {}, []
+        if not self._diameter:
+            for count in self.CUTS:
+                self._choices[count] = button(_("{count} cuts").format(count=count), lambda count=count: self._choose(count), "key")
+            self._choose(self._fewest)
+            cuts = [label(_(self._how)), flow(*self._choices.values())]
+        asked = _("Diameter of the stock, measured") if self._diameter else _("Diameter to turn, without the error of the tool")
+        last = self._diameter or not self._asks_for_stock
+        return scrolled(column(label(self.title, "title"), *cuts, label(asked, "value"),
                                row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)),
-                               flow(button(_("Begin"), self._begin, "main"), button(_("Back"), lambda: self.panel.open(self.page)))))
+                               flow(button(_("Begin"), self._begin, "main") if last else button(_("Next"), self._ask, "main"),
+                                    button(_("Back"), lambda: self.panel.open(self.page)))))
 
     def _choose(self, cuts):
         self._cuts = cuts
         for each, its in self._choices.items():
             choose(its, each == cuts)
+
+    def _ask(self):
+        """The next page, for the stock."""
+        try:
+            diameter_of(self._keypad.text)
+        except ValueError as error:
+            self._refuse(error)
+            return
+        following = BeginPage(self.panel, self.page, self._of, self._keypad.text)
+        following._cuts = self._cuts
+        self.panel.open(following)
+
+    def _refuse(self, error):
+        self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
 
     def _begin(self):
         refusal = self.panel.access.refusal("operator") or self.page.off(self.panel.guard.values())
@@ -274,15 +312,19 @@ class BeginPage(EntryPage):
             self.panel.say(_("{action}: refused. {why}").format(action=_("Begin"), why=refusal), "warn")
             return
         try:
-            self.page.begin(self._method, self._cuts, self._keypad.text)
+            if self._diameter:
+                self.page.begin(self._method, self._cuts, self._diameter, self._keypad.text)
+            else:
+                self.page.begin(self._method, self._cuts, self._keypad.text)
         except ValueError as error:
-            self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
+            self._refuse(error)
             return
         self.panel.open(self.page)
 
 
 class DiameterPage(EntryPage):
-    """The entry of a measured diameter, judged at once: of the cut that waits, or of `cut`, whose entry was wrong."""
+    """The entry of a measured diameter, judged when it is entered: of the cut that waits, or of `cut`, whose entry was wrong. What is expected does not
+    show before: who knows it reads it."""
 
     def __init__(self, panel, page, cut=0):
         self.page = self.back = page
@@ -298,23 +340,13 @@ class DiameterPage(EntryPage):
     def build(self):
         former = self.page.value_of(self._corrects)
         self._keypad = Keypad("")
-        self._judged = label("", "value")
-        self._keypad.entry.connect("changed", lambda _entry: self._judge())
         facts = [] if former is None else [label(_("Entered before: {value}").format(value=with_unit(former, "mu")), "value")]
-        return scrolled(column(label(self.title, "title"), *facts, row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)), self._judged,
+        return scrolled(column(label(self.title, "title"), *facts, row(grow(self._keypad), label(unit_name("mu"), "value", wrap=False)),
                                flow(button(_("Enter"), self._enter, "main"), button(_("Back"), lambda: self.panel.open(self.page)))))
 
     def _plausible(self):
         other, value = self.page.twin(self._cut)
         return plausible(self._keypad.text, self.page.expected(self._cut), self.page.by_radius, other, value, self.page.scatter())
-
-    def _judge(self):
-        """At each key: whether this cut can have that diameter."""
-        kind, text = self._plausible()
-        for each in ("good", "warn", "off", "doubt"):
-            self._judged.get_style_context().remove_class(each)
-        self._judged.get_style_context().add_class("warn" if kind == "doubt" else kind)
-        self._judged.set_text(text)
 
     def _enter(self):
         kind, words = self._plausible()
@@ -338,6 +370,8 @@ class DiameterPage(EntryPage):
             self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
             return
         self.panel.open(self.page)
+        if words:
+            self.panel.say(words[2:], "good" if kind == "good" else "off")
 
 
 def plausible(text, expected, by_radius=False, other=None, value_of_other=None, scatter=0.0):

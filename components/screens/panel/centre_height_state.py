@@ -4,7 +4,7 @@
 from panel.texts import in_micrometres
 
 CUTS, WAITS, KNOWN, REFUSED, INTERRUPTED = 1, 2, 3, 4, 5
-_STEPS = {41: CUTS, 47: REFUSED, 48: INTERRUPTED, 52: CUTS}  # by status-code; an entry that is refused ends no step
+_STEPS = {41: CUTS, 47: REFUSED, 48: INTERRUPTED, 52: CUTS, 53: CUTS}  # by status-code; an entry that is refused ends no step
 
 
 def step(instance, values):

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The trial of centre_height on a copy: two lands that are entered give the height of a tool that is off centre."""
+"""The trial of centre_height on a copy: two lands that are entered give the height of a tool that is off centre, and a check is asked for."""
 
 HEIGHT, RADIUS, STEP = 0.05, 5, 1  # mm
-SHIM = 38  # of detail-code
 
 
 def check(machinery):
@@ -19,17 +18,17 @@ def check(machinery):
     for value in (False, True):
         put("centre.compute", value)
         machinery.machine.wait(0.1)
-    names = ("height", "y-move", "move-allowed", "fault", "detail-code")
-    height, move, allowed, fault, detail = (get("centre." + name) for name in names)
+    names = ("height", "y-move", "move-allowed", "fault", "check-due")
+    height, move, allowed, fault, check_due = (get("centre." + name) for name in names)
     put("centre.compute", False)
     for name, value in before.items():
         put(name, value)
     if "Y" in machinery.axes:
-        moves = "Y may move by %.3f um", bool(allowed)
+        moves = "after a check, Y may move by %.3f um"
     else:
-        moves = "a shim raises the tool by %.3f um", not allowed and detail == SHIM
+        moves = "after a check, a shim raises the tool by %.3f um"
     return [
         ("two lands of a tool that is %g um high give %.3f um" % (1e3 * HEIGHT, 1e3 * height / unit), abs(height - HEIGHT * unit) < 1e-6 * unit),
-        (moves[0] % (1e3 * move / unit), moves[1] and abs(move + HEIGHT * unit) < 1e-6 * unit),
+        (moves % (1e3 * move / unit), check_due and not allowed and abs(move + HEIGHT * unit) < 1e-6 * unit),
         ("no fault", not fault),
     ]

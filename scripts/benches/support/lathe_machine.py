@@ -204,7 +204,7 @@ def procedure(case, seed):
     """The Procedure of lathe `seed`: its cuts, and what centre_height makes of the first 2, 3, ... of them."""
     import plumb
 
-    with plumb.Host(options={"centre_height.keyed_cuts": "12"}) as host:
+    with plumb.Host(options={"centre_height.keyed_cuts": "16"}) as host:
         lathe = Lathe(host)
         lathe.set_up(case)
         host.run(0.002)

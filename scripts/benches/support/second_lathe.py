@@ -16,7 +16,7 @@ import numpy as np
 from support.lathe_machine import METHODS, UM, WORKS
 from support.recordings import read_columns, write_rows
 
-CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre keyed_cuts=12 interlock=no", "addf centre.update servo-thread", "start")
+CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre keyed_cuts=16 interlock=no", "addf centre.update servo-thread", "start")
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault", "detail-code", "status-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
@@ -106,6 +106,18 @@ class SecondLathe:
         return diameter
 
 
+def checked(work, method):
+    """The plan, and behind it the check that it needs: deeper into the last land."""
+    plan = plan_of(work, method)
+    x, y, _, depth = plan[-1]
+    deeper = min(0.1, 0.3 * x)
+    if METHODS[method].plan == 1:
+        radius = math.hypot(x, work.step) - deeper
+        y = 2 * work.step if 2 * work.step <= 0.6 * radius else work.step / 2
+        return [*plan, (math.sqrt(radius**2 - y**2), y, True, depth)]
+    return plan if METHODS[method].plan == 3 else [*plan, (x - deeper, y, True, depth)]
+
+
 def plan_of(work, method):
     """X and Y of each cut, whether it is on the land of the one before, and the depth of its passes; 0 is one pass."""
     x, step = work.diameter / 2, work.step
@@ -153,7 +165,7 @@ class Operator:
                 "max-x-correction": 0.5,
             }
         )
-        return plan_of(work, case.method)
+        return checked(work, case.method)
 
     def enter(self, procedures, stock):
         """The RESULTS of procedures, arrays. Each has the sign by word, and X, Y and diameter of each cut."""
@@ -203,10 +215,12 @@ def slipped(slip, diameters):
 def procedure_on(lathe, work, plan, case):
     """The entries of one procedure and the truth of Y and X: cuts, height, error of X, and whether all cuts met the stock."""
     radius, heights, errors, entries, met, land = work.stock / 2, [], [], [], True, 0
-    before = radius
+    before = lowest = radius
     lathe.x_error += 0.9 if case.slip == "air" else 0
     lathe.spindle_turns = case.slip != "standing"
     for i, (x, y, same_land, depth) in enumerate(plan):
+        if METHODS[case.method].plan == 1 and same_land:  # the check: where centre_height asks for it, by the height that it has found
+            x = math.sqrt(max((lowest - 0.1) ** 2 - (y + lathe.height) ** 2, 0)) - lathe.x_error
         if not same_land:
             before, land = radius, land + 1
             if case.slip == "depth" and i in (1, 2):
@@ -218,8 +232,10 @@ def procedure_on(lathe, work, plan, case):
             met = False
         else:
             before = result[0]
-            heights.append(result[1])
-            errors.append(result[2])
+            lowest = min(lowest, before)
+            if i < len(plan_of(work, case.method)):
+                heights.append(result[1])
+                errors.append(result[2])
         entries.append((x, y, lathe.measured(before, case.burrs)))
     diameters = slipped(case.slip, [entry[2] for entry in entries])
     entries = [(x, y, diameter) for (x, y, _), diameter in zip(entries, diameters)]

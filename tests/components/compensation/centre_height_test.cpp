@@ -64,6 +64,7 @@ protected:
     }
 
     void begin(int cuts, int method, double y = 0) {
+        y_origin = y;
         set("y-position-0", y);
         set("method", method);
         set("cuts", cuts);
@@ -74,6 +75,14 @@ protected:
         pulse("cut-done");
         EXPECT_EQ(get("measure"), 1);
         enter(2 * lathe.radius(x, y));
+    }
+    // The cut that it asks for, whose diameter the others predict.
+    void check(const Lathe& lathe, const std::string& post = "0") {
+        EXPECT_EQ(get("status-code"), 53);
+        EXPECT_EQ(get("move-allowed"), 0);
+        EXPECT_EQ(get("x-allowed"), 0);
+        ASSERT_EQ(get("check-due"), 1);
+        cut(lathe, get("x-zero-" + post) + get("next-x"), y_origin + get("next-y"), post);
     }
     void place(double x, double y, const std::string& post = "0") {
         set("x-position-" + post, x);
@@ -116,6 +125,7 @@ protected:
     }
 
     Bench bench;
+    double y_origin = 0;
 };
 
 enum { two_cuts, two_lands, y_step, any_cuts };
@@ -136,6 +146,9 @@ TEST_F(CentreHeight, ComputesTheExampleOfItsSource) {
     expect_held(35);  // beyond max-move
     set("max-move", 5);
     pulse("compute");
+    EXPECT_EQ(get("status-code"), 53) << "two cuts alone are not checked";
+    EXPECT_EQ(get("move-allowed"), 0);
+    key(two_cuts, {{10, 4}, {2 * std::sqrt(10.0), 1}, {2 * std::hypot(0.5, 3), 0.5}});
     EXPECT_EQ(get("move-allowed"), 1);
     EXPECT_NEAR(get("y-move"), 3, 1e-12);
     set("gauge-kind", 1);  // radii
@@ -169,6 +182,7 @@ TEST_F(CentreHeight, LandsGiveTheMoveOfYAndTheCorrectionOfX) {
         EXPECT_EQ(get("status-code"), 41);
         for (const char* land : {"land-1-y", "land-2-y", "land-2-y", "land-1-y"})
             cut(here, 5, y0 + get(land));
+        check(here);
         EXPECT_EQ(get("value-valid"), 1);
         EXPECT_NEAR(get("height"), 0.035, 1e-9);
         EXPECT_EQ(get("move-allowed"), 1);
@@ -191,6 +205,7 @@ TEST_F(CentreHeight, AfterTheMoveEachProgrammedRadiusIsTurned) {
         begin(2, two_lands);
         cut(lathe, 7, 1);
         cut(lathe, 7, -1);
+        check(lathe);
         ASSERT_EQ(get("move-allowed"), 1);
         const double y = get("y-move"), x_zero = 2 + get("x-correction");
         for (const double programmed : {0.1, 2.0, 5.0})
@@ -334,7 +349,7 @@ TEST_F(CentreHeight, ProgramChoosesMethodAndCutsAndEntersDiameters) {
         EXPECT_EQ(get("value-taken"), 0);
     }
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
-    set("program-method", 5);
+    set("program-method", 7);
     pulse("compute");
     expect_refused(8);
     set("program-method", 2);
@@ -446,7 +461,7 @@ TEST_F(CentreHeight, AnnouncedDiameterOfLandsShowsSlips) {
         lands(10);
         EXPECT_EQ(get("detail-code"), code);
         lands(0);
-        EXPECT_EQ(get("detail-code"), 0) << "nothing to compare with";
+        EXPECT_EQ(get("fault"), 0) << "nothing to compare with";
         EXPECT_NEAR(get("height"), 0.035 * factor * factor, 1e-9);
     }
 }
@@ -459,8 +474,12 @@ TEST_F(CentreHeight, SwappedLandsShowInTheOrder1221) {
     key(two_lands, {land(1, -1), land(-1, 1)});
     EXPECT_EQ(get("detail-code"), 0);
     EXPECT_NEAR(get("height"), -0.035, 1e-9) << "one pair shows nothing";
+    key(two_lands, {land(1, -1), land(-1, 1), {2 * lathe.radius(4.5, 2), 4.5, 2}});
+    expect_held(45);
+    EXPECT_EQ(get("suspect-cut"), 3) << "a check shows it";
     key(two_lands, {land(1, -1), land(-1, 1), land(-1, -1), land(1, 1)});
-    expect_held(36);
+    EXPECT_EQ(get("move-allowed"), 0);
+    EXPECT_NE(get("detail-code"), 0);
 }
 
 TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
@@ -472,6 +491,7 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     begin(2, two_cuts);
     cut(lathe, 5, 0);
     cut(lathe, 0.6, 0);
+    check(lathe);
     expect_held(39);
     EXPECT_NEAR(get("height-size"), 0.4, 1e-9);
     EXPECT_EQ(get("status-code"), 51);
@@ -503,10 +523,12 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     lathe.tip_x += correction;
     EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
 
+    set("tolerance", 0.005);
     const double shim = 1;  // below the tool for the second land: its position of Y
     begin(2, two_lands);
     cut(lathe, 5, 0);
     cut(lathe, 5, shim);
+    check(lathe);
     expect_held(38);
     EXPECT_NEAR(get("y-move"), 0.4, 1e-9);
     EXPECT_EQ(get("x-allowed"), 0) << "X turns the diameter";
@@ -516,6 +538,7 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     lathe.tip_y += get("y-move");
     begin(4, two_lands);
     for (const double y : {0.0, shim, shim, 0.0}) cut(lathe, 5, y);
+    check(lathe);
     EXPECT_NEAR(get("height"), 0, 1e-9);
     EXPECT_EQ(get("status-code"), 51)
         << "at the new height X is wrong by as much as it had to be wrong before";
@@ -564,7 +587,7 @@ TEST_F(CentreHeight, ImpossibleCutsAreRefusedAndNothingMoves) {
     refused(17, {{8, 4, 0.4}, {8.1, 4, -0.6}}, 0, two_lands);
     set("post", 0);
     set("clearance-angle", 0);
-    for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{{"method", 4},
+    for (const auto& [pin, value] : std::vector<std::pair<std::string, double>>{{"method", 5},
                                                                                 {"post", -1},
                                                                                 {"sign", 2},
                                                                                 {"axes-angle-0", 0},
@@ -594,6 +617,7 @@ TEST_F(CentreHeight, HeightIsValidButHeldForAReason) {
     EXPECT_EQ(get("detail-code"), 0);
     set("enable", 0);
     lands();
+    check(lathe);
     expect_held(31);
     EXPECT_NEAR(get("y-move"), -0.035, 1e-9) << "to be moved by hand";
     set("enable", 1);
@@ -627,9 +651,13 @@ TEST_F(CentreHeight, RedundantLandsMustAgree) {
             pulse("cut-done");
             enter(2 * (lathe.radius(5, 1) + error));
             EXPECT_NEAR(get("predicted-diameter"), 2 * lathe.radius(5, 1), 1e-9) << "by the others";
-            EXPECT_EQ(get("move-allowed"), agrees);
-            EXPECT_EQ(get("detail-code"), agrees ? 0 : 36);
+            EXPECT_EQ(get("move-allowed"), 0);
+            EXPECT_EQ(get("detail-code"), agrees ? 0 : 45);
+            EXPECT_EQ(get("suspect-cut"), agrees ? 0 : method == two_lands ? 4 : 5);
             EXPECT_EQ(get("disagreement") > 3, !agrees);
+            if (!agrees) continue;
+            check(lathe);
+            EXPECT_EQ(get("move-allowed"), 1);
         }
     }
 }
@@ -648,7 +676,7 @@ TEST_F(CentreHeight, RedundantCutMustAgree) {
             cut(high, 5, 0);
             cut(high, 1, 0);
             if (method == y_step) cut(high, 0.8, -0.3);
-            EXPECT_EQ(get("move-allowed"), 1);
+            EXPECT_EQ(get("status-code"), 53);
             const double x = method == two_cuts ? 0.7 : 0.6;
             place(x, 0);
             pulse("cut-done");
@@ -656,7 +684,7 @@ TEST_F(CentreHeight, RedundantCutMustAgree) {
             enter(2 * (high.radius(x, 0) - error));
             EXPECT_NEAR(get("predicted-diameter"), 2 * high.radius(x, 0), error == 0 ? 1e-9 : 0.1);
             EXPECT_EQ(get("move-allowed"), error == 0);
-            EXPECT_EQ(get("detail-code"), error == 0 ? 0 : 36);
+            EXPECT_EQ(get("detail-code"), error == 0 ? 0 : 45);
         }
     }
 }
@@ -679,8 +707,11 @@ TEST_F(CentreHeight, BurrIsLeftOutOrReported) {
         lands(8, burred, 0.02);
         EXPECT_EQ(get("rejected-cuts"), 1);
         EXPECT_EQ(get("rejected-cut"), burred + 1);
-        EXPECT_EQ(get("detail-code"), 0);
+        EXPECT_EQ(get("detail-code"), burred < 7 ? 0 : 45) << "the edge may have chipped";
         EXPECT_NEAR(get("height"), 0.035, 1e-6);
+        if (burred == 7) cut(lathe, 5, 1);
+        EXPECT_EQ(get("rejected-cut"), burred + 1);
+        check(lathe);
         EXPECT_EQ(get("move-allowed"), 1);
     }
     lands(8, 3, -0.02);
@@ -696,6 +727,7 @@ TEST_F(CentreHeight, BurrIsLeftOutOrReported) {
     for (const double y : {1.0, -1.0, -1.0, 1.0}) cut(lathe, 5, y);
     EXPECT_EQ(get("rejected-cut"), 2) << "four more lands decide";
     EXPECT_NE(get("status-code"), disagree);
+    check(lathe);
     EXPECT_EQ(get("move-allowed"), 1);
 }
 
@@ -721,10 +753,14 @@ TEST_F(CentreHeight, HeightThatAnUnseenBurrCouldHaveMadeMovesNothing) {
     EXPECT_EQ(get("x-allowed"), 0);
     EXPECT_EQ(get("cuts-needed"), 4);
     lands({0, 0}, 4, 0.04);
-    expect_held(36);
+    expect_held(45);
+    cut({0, 0}, 5, 1);
+    expect_held(45);  // the first land has a burr, or the edge has slipped since
     lands({0, 0.2}, 2, 0);
+    check({0, 0.2});
     EXPECT_EQ(get("move-allowed"), 1) << "no burr makes as much";
     lands({0, 0.035}, 4, 0);
+    check({0, 0.035});
     EXPECT_EQ(get("move-allowed"), 1) << "the lands agree";
     set("sign", 1);
     set("pass-depth", 0.05);
@@ -734,6 +770,7 @@ TEST_F(CentreHeight, HeightThatAnUnseenBurrCouldHaveMadeMovesNothing) {
     EXPECT_EQ(get("move-allowed"), 0);
     set("largest-burr", 0);
     pulse("compute");
+    check({0, 0.35});
     EXPECT_EQ(get("move-allowed"), 1);
 }
 
@@ -765,6 +802,7 @@ TEST_F(CentreHeight, SignOfTwoCutsByTouchOrByWord) {
         EXPECT_EQ(get("move-allowed"), 0) << "a touch that fits neither side";
         set("program-sign", height > 0 ? 1 : -1);
         two(2);
+        check(lathe);
         EXPECT_NEAR(get("height"), height, 1e-9);
         EXPECT_EQ(get("move-allowed"), 1);
         for (const double word : {2.0, 0.5, std::nan("")}) {
@@ -820,7 +858,7 @@ TEST_F(CentreHeight, HeightAtRestIsToldFromTheOneUnderTheCut) {
     set("program-tool", 1);
     measure_from(cutting, 0);
     EXPECT_EQ(get("bend-known"), 0);
-    EXPECT_EQ(get("move-allowed"), 1);
+    EXPECT_EQ(get("status-code"), 53);
     set("at-rest", 1);
     measure_from(at_rest, 0.1);  // from another Y
     EXPECT_EQ(get("bend-known"), 1);
@@ -901,6 +939,7 @@ TEST_F(CentreHeight, AbortAtAnyStepIsResumedOrBegunAgain) {
                 if (!work_through()) work_through();
                 EXPECT_EQ(get("cut-number"), count);
                 EXPECT_NEAR(get("height"), 0.45, 1e-8);
+                if (method != any_cuts) check(lathe);  // the first three of four predict the last one
                 EXPECT_EQ(get("move-allowed"), 1);
             }
         }
@@ -927,6 +966,7 @@ TEST_F(CentreHeight, StoredHeightIsForgotten) {
     begin(2, two_lands);
     cut(lathe, 5, 1);
     cut(lathe, 5, -1);
+    check(lathe);
     EXPECT_EQ(get("move-allowed"), 1);
     pulse("stored");
     EXPECT_EQ(get("status-code"), 40);
@@ -949,6 +989,7 @@ TEST_F(CentreHeight, TargetHeightAndHabitsOfTheMachineCount) {
     begin(2, two_lands);
     cut(lathe, 5, 1);
     cut(lathe, 5, -1);
+    check(lathe);
     EXPECT_NEAR(get("height"), 0.002 + 1.5 * 0.035, 1e-9);
     EXPECT_NEAR(get("y-move"), 0.01 - get("height"), 1e-12);
     EXPECT_EQ(get("on-centre"), 0);
@@ -994,7 +1035,9 @@ TEST_F(CentreHeight, ZeroSigmasAreAllowed) {
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
     EXPECT_LT(get("sigma"), 1e-9);
     set("sign", 1);
-    key(two_cuts, {{2 * lathe.radius(0.5, 0), 0.5, 0}, {2 * lathe.radius(0.1, 0), 0.1, 0}});
+    std::vector<Keyed> cuts;
+    for (const double x : {0.5, 0.1, 0.3}) cuts.push_back({2 * lathe.radius(x, 0), x, 0});
+    key(two_cuts, cuts);
     EXPECT_NEAR(get("height"), 0.035, 1e-9);
     EXPECT_EQ(get("move-allowed"), 1);
 }
@@ -1014,6 +1057,7 @@ protected:
         place(10, 0);
         begin(lands, two_lands);
         for (int i = 0; i < lands; ++i) cut(lathe, 5, i % 4 == 0 || i % 4 == 3 ? 1 : -1);
+        if (get("check-due") == 1) check(lathe);
     }
     void expect_verdict(int code) {
         EXPECT_EQ(get("status-code"), code);
@@ -1050,6 +1094,7 @@ TEST_F(CloseToCentre, CutsThatItAsksForMakeTheHeightKnown) {
     EXPECT_LE(needed, 16);
     for (int i = 4; i < needed; ++i) cut({0, 0.0005}, 5, i % 4 == 0 || i % 4 == 3 ? 1 : -1);
     EXPECT_EQ(get("cut-number"), needed);
+    check({0, 0.0005});
     expect_verdict(on_centre);
     set("cut-repeatability", 0.02);
     set("max-sigma", 1);
@@ -1156,6 +1201,269 @@ TEST_F(CloseToCentre, UnequalDepthsCountInSigma) {
     set("pass-depth", 0.1);
     height_of({0.3, 2, 0.5});
     EXPECT_LT(get("sigma"), 1.2 * sigma) << "all passes are as deep";
+}
+
+// The gauge stands at the first land, or its operator always measures that one.
+TEST_F(CloseToCentre, TheSameReadingForEachLandIsNotOnCentre) {
+    for (const double height : {0.0, 0.05, 0.1}) {
+        SCOPED_TRACE(height);
+        const Lathe lathe{0, height};
+        const double stuck = 2 * lathe.radius(5, 1);
+        place(10, 0);
+        begin(4, two_lands);
+        for (int i = 0; i < 7; ++i) {
+            place(get("next-x"), get("next-y"));
+            pulse("cut-done");
+            enter(stuck);
+            EXPECT_EQ(get("on-centre"), 0);
+            EXPECT_EQ(get("move-allowed"), 0);
+            EXPECT_EQ(get("x-allowed"), 0);
+            if (i == 3) {
+                EXPECT_EQ(get("status-code"), 53);
+            }
+            if (i == 4 || i == 5) {
+                expect_held(45);
+                EXPECT_EQ(get("cuts-needed"), i + 2);
+            }
+        }
+        expect_refused(22);
+    }
+}
+
+// The edge of the tool chips by 20 um, so that all later diameters are larger, or slips inward.
+TEST_F(CloseToCentre, NothingIsStoredOfAnEdgeThatChipsOrSlipsAtAnyCut) {
+    for (const double diameter : {10.0, 1.0}) {
+        const double x = diameter / 2, step = diameter / 10 * (diameter < 5 ? 2 : 1);
+        set("land-step", step);
+        set("land-diameter", diameter);
+        set("stock-diameter", diameter < 5 ? 1.4 : 10.6);
+        for (const double chip : {0.02, -0.02}) {
+            for (int first = 1; first <= 12; ++first) {  // the cut at which it happens
+                SCOPED_TRACE(std::to_string(diameter) + ", " + std::to_string(chip) + ", cut " +
+                             std::to_string(first + 1));
+                const int lands = first < 6 ? 4 : 8;
+                const Lathe before{0, 0.1};
+                Lathe after{chip, 0.1 - chip / 2};
+                place(x + 5, 0);
+                begin(lands, two_lands);
+                int cuts = 0;
+                for (; cuts < 18 && get("fault") == 0; ++cuts) {
+                    const Lathe& now = cuts < first ? before : after;
+                    const double next = get("next-x");
+                    if (cuts >= lands && get("cut-due") == 0) {
+                        if (get("cuts-needed") <= cuts) break;
+                        cut(now, x, cuts % 4 == 0 || cuts % 4 == 3 ? step : -step);
+                    } else {
+                        cut(now, next, get("next-y"));
+                    }
+                    EXPECT_EQ(get("on-centre"), 0);
+                    if (get("move-allowed") == 0) continue;
+                    // What it stores is the tool of now.
+                    EXPECT_NEAR(get("height"), now.tip_y, 0.012);
+                    break;
+                }
+                if (first == lands - 1 || first == lands) {
+                    EXPECT_EQ(get("detail-code"), 22) << "the last land, and the check";
+                }
+            }
+        }
+    }
+}
+
+TEST_F(CloseToCentre, ALandMoreShowsThatTheLastOneOnlyHadABurr) {
+    const Lathe lathe{0, 0.05};
+    place(10, 0);
+    begin(4, two_lands);
+    for (const double y : {1.0, -1.0, -1.0}) cut(lathe, 5, y);
+    place(5, 1);
+    pulse("cut-done");
+    enter(2 * lathe.radius(5, 1) + 0.03);
+    expect_held(45);
+    EXPECT_EQ(get("suspect-cut"), 4);
+    EXPECT_EQ(get("cut-due"), 1);
+    EXPECT_EQ(get("check-due"), 0);
+    EXPECT_NEAR(get("next-x"), 5, 1e-9);
+    EXPECT_NEAR(get("next-y"), 1, 1e-9);
+    cut(lathe, 5, 1);
+    EXPECT_EQ(get("rejected-cut"), 4);
+    check(lathe);
+    EXPECT_EQ(get("move-allowed"), 1);
+    EXPECT_NEAR(get("height"), 0.05, 0.001);
+}
+
+// 0.5 mm too much on a micrometer.
+TEST_F(CloseToCentre, AReadingThatContradictsTheStockIsReadAgain) {
+    const Lathe lathe{0, 0.05};
+    const auto type = [&](double diameter) {
+        set("entered-diameter", diameter);
+        pulse("entered");
+    };
+    begin(4, two_lands);
+    for (int i = 0; i < 4; ++i) {
+        const double y = get("next-y");
+        place(5, y);
+        pulse("cut-done");
+        type(2 * lathe.radius(5, y) + 0.5);
+        EXPECT_EQ(get("detail-code"), 16);
+        EXPECT_EQ(get("suspect-cut"), i + 1);
+        EXPECT_EQ(get("measure"), 1);
+        EXPECT_EQ(get("status-code"), 52);
+        if (i == 2) {  // it did remove nothing: the land is cut again
+            place(5, y);
+            pulse("cut-done");
+            EXPECT_EQ(get("fault"), 0);
+        }
+        type(2 * lathe.radius(5, y));
+        EXPECT_EQ(get("fault"), 0);
+        EXPECT_EQ(get("cut-number"), i + 1);
+    }
+    check(lathe);
+    EXPECT_EQ(get("move-allowed"), 1);
+}
+
+TEST_F(CloseToCentre, ALandAfterTheStoreShowsWhatWasStored) {
+    set("max-move", 0.6);
+    for (const bool second_slide : {false, true}) {
+        for (const double off : {0.0, 0.025, -0.025}) {
+            SCOPED_TRACE(off);
+            Lathe lathe{0.03, 0.08};
+            lathe.outward = second_slide ? -1 : 1;
+            set("x-reversed-0", second_slide);
+            const double side = lathe.outward, x_zero = 2 * side;
+            lathe.tip_x -= 2;
+            set("x-zero-0", x_zero);
+            place(12 * side, 7);
+            lathe.tip_y -= 7;
+            begin(4, two_lands, 7);
+            for (const double y : {1.0, -1.0, -1.0, 1.0}) cut(lathe, x_zero + 5 * side, 7 + y);
+            check(lathe);
+            ASSERT_EQ(get("move-allowed"), 1);
+            ASSERT_EQ(get("x-allowed"), 1);
+            const double y_zero = 7 + get("y-move"), new_zero = x_zero + get("x-correction");
+            pulse("stored");
+            lathe.tip_y += off;  // another edge than the one that was measured
+            set("x-zero-0", new_zero);
+            set("program-method", 6);
+            set("program-cuts", 1);
+            place(12 * side, y_zero - 0.3);
+            set("entered-diameter", -0.3);  // what the program calls this Y
+            pulse("start");
+            EXPECT_EQ(get("cut-due"), 1);
+            EXPECT_EQ(get("shown"), 0);
+            EXPECT_NEAR(get("next-diameter"), 2 * std::hypot(get("next-x"), get("next-y")), 1e-9);
+            cut(lathe, new_zero + get("next-x"), y_zero + get("next-y"));
+            EXPECT_EQ(get("shown"), off == 0);
+            if (off == 0) {
+                EXPECT_EQ(get("status-code"), 54);
+            } else {
+                EXPECT_EQ(get("detail-code"), 23);
+                EXPECT_EQ(get("fault"), 1);
+            }
+            pulse("start");
+            EXPECT_EQ(get("detail-code"), 24) << "shown once";
+            set("program-method", 0);
+            set("program-cuts", 0);
+        }
+    }
+}
+
+// Somebody has changed the table while LinuxCNC was off.
+TEST_F(CloseToCentre, NothingIsStoredWhileTheToolTableAsks) {
+    set("table-asks", 1);
+    step();
+    EXPECT_EQ(get("status-code"), 55);
+    place(10, 0);
+    begin(4, two_lands);
+    for (int i = 0; i < 5; ++i) cut({0.05, 0.05}, i < 4 ? 5 : get("next-x"), get("next-y"));
+    EXPECT_EQ(get("move-allowed"), 0);
+    EXPECT_EQ(get("x-allowed"), 0);
+    EXPECT_EQ(get("status-code"), 55);
+    set("table-asks", 0);
+    pulse("compute");
+    EXPECT_EQ(get("move-allowed"), 1);
+    set("table-asks", 1);
+    step();
+    EXPECT_EQ(get("move-allowed"), 0);
+}
+
+// Variation 2 of the source.
+TEST_F(CentreHeight, AHeightFromElsewhereIsEnteredAndStored) {
+    set("program-method", 5);
+    set("entered-diameter", 0);
+    for (const double height : {0.03, -0.2}) {
+        pulse("start");
+        EXPECT_EQ(get("measure"), 1);
+        set("entered-diameter", height);
+        pulse("entered");
+        EXPECT_EQ(get("height"), height);
+        EXPECT_EQ(get("y-move"), -height);
+        EXPECT_EQ(get("move-allowed"), 1);
+        EXPECT_EQ(get("x-allowed"), 0);
+        EXPECT_EQ(get("on-centre"), 0);
+        EXPECT_EQ(get("status-code"), 50);
+    }
+    set("entered-diameter", 0.6);
+    pulse("start");
+    pulse("entered");
+    expect_held(35);
+    set("axes-angle-0", 80);
+    set("entered-diameter", 0.1);
+    pulse("start");
+    pulse("entered");
+    EXPECT_EQ(get("x-allowed"), 1) << "Y moves the tip in X, too";
+    EXPECT_NEAR(get("x-correction"), 0.1 / std::tan(80 * degree), 1e-12);
+    set("entered-diameter", std::nan(""));
+    pulse("start");
+    pulse("entered");
+    expect_refused(20);
+}
+
+// Two readings at a right angle: an oval bar, 30 um.
+TEST_F(CloseToCentre, ABarThatIsNotRoundMovesNothingNearTheCentre) {
+    const auto lands = [&](double height, double oval, bool twice) {
+        place(10, 0);
+        begin(4, two_lands);
+        for (int i = 0; i < 4; ++i) {
+            const double y = get("next-y"), turned = y > 0 ? 0.2 : 2.9;
+            place(5, y);
+            pulse("cut-done");
+            const double diameter = 2 * Lathe{0, height}.radius(5, y);
+            set("second-diameter", twice ? diameter - oval * std::cos(turned) : 0);
+            set("entered-diameter", diameter + oval * std::cos(turned));
+            pulse("entered");
+        }
+        set("second-diameter", 0);
+    };
+    set("tolerance", 0.01);
+    set("max-sigma", 0.05);
+    lands(0.02, 0.03, false);
+    EXPECT_GT(std::abs(get("height") - 0.02), 0.02) << "one reading a land";
+    lands(0.02, 0.03, true);
+    EXPECT_NEAR(get("height"), 0.02, 1e-6);
+    EXPECT_EQ(get("move-allowed"), 0);
+    EXPECT_EQ(get("status-code"), 45);
+    EXPECT_EQ(get("detail-code"), 46);
+    lands(0.3, 0.03, true);
+    EXPECT_EQ(get("status-code"), 53) << "a height that no lobe makes";
+    lands(0.02, 0.0005, true);
+    EXPECT_EQ(get("status-code"), 53) << "a round bar";
+}
+
+// X grows by 1.5 um from land to land, on a bar of 1 mm.
+TEST_F(CloseToCentre, GrowthOfXBetweenTheLandsIsInItsSigma) {
+    set("land-step", 0.2);
+    set("land-diameter", 1);
+    set("stock-diameter", 1.5);
+    const auto measured = [&](double growth) {
+        place(5, 0);
+        begin(4, two_lands);
+        for (int i = 0; i < 4; ++i) cut({-growth * i, 0}, 0.5, i % 4 == 0 || i % 4 == 3 ? 0.2 : -0.2);
+    };
+    measured(0);
+    const double sigma = get("x-sigma");
+    measured(0.0015);
+    EXPECT_GT(get("x-sigma"), 1.3 * sigma);
+    EXPECT_NEAR(get("x-correction"), 3 * 0.0015, 2 * get("x-sigma")) << "as after the last land";
 }
 
 TEST_F(CentreHeight, HasThePinsOfItsPostsAndKeyedCuts) {

@@ -30,10 +30,13 @@ TEST(HeightStatus, OnlyAToolOnCentreIsGood) {
         {{State::known, Detail::none, Verdict::unsure, {}}, S::unsure, Kind::warn},
         {{State::known, Detail::none, Verdict::unchecked, {}}, S::unchecked, Kind::warn},
         {{State::known, Detail::none, Verdict::none, {}}, S::unsure, Kind::warn},
+        {{State::known, Detail::none, Verdict::check, {}}, S::check, Kind::wait},
         {{State::cut, Detail::none, Verdict::none, service}, S::cut, Kind::wait},
         {{State::measure, Detail::none, Verdict::none, service}, S::measure, Kind::wait},
         {{State::idle, Detail::none, Verdict::none, {}}, S::idle, Kind::off},
         {{State::known, Detail::none, Verdict::on_centre, {}}, S::on_centre, Kind::good},
+        {{State::known, Detail::none, Verdict::shown, {}}, S::shown, Kind::good},
+        {{State::known, Detail::none, Verdict::both, {}, true}, S::table, Kind::warn},
     };
     std::set<S> found;
     for (const auto& each : cases) {

@@ -28,9 +28,9 @@ TEST(KnownError, ASigmaBeyondTheToleranceIsNeverWithin) {
     EXPECT_FALSE((KnownError{0, std::nan("")}.within(5)));
 }
 
-TEST(KnownError, IsSignificantFromThreeSigmasOn) {
-    EXPECT_TRUE((KnownError{3, 1}.significant()));
-    EXPECT_FALSE((KnownError{2.99, 1}.significant()));
+TEST(KnownError, IsSignificantFromFourSigmasOn) {
+    EXPECT_TRUE((KnownError{4, 1}.significant()));
+    EXPECT_FALSE((KnownError{3.99, 1}.significant()));
     EXPECT_FALSE((KnownError{0, 0}.significant()));
 }
 
