@@ -14,6 +14,7 @@ import numpy as np
 from support import charts
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import rms
+from support import lathe_strangers
 from support.lathe_machine import AT_A_TIME, METHODS, UM, WORKS, Case, procedure, simulate
 from support.recordings import write_rows
 from support.second_lathe import SLIPS, SecondCase, simulate_second
@@ -203,6 +204,34 @@ def second(seed, count, place):
     return not wrong
 
 
+# --- strangers ---
+
+CLAIMS = lathe_strangers.upper(1, 473)  # of wrong claims of a row, upper 95 %
+
+
+def strangers(seed, count, place):
+    """Prints the table of the slips; whether both limits hold."""
+    cases = lathe_strangers.cases()
+    results = simulate_all(lathe_strangers.simulate_strangers, [(case, range(seed, seed + count)) for case in cases], len(cases) * count, place)
+    rows = [lathe_strangers.total(counts) for counts in results]
+    print(f"Strangers with one slip each, {count} lathes a row, from {seed} on. Moves: stores that stand. Worse: Y is further off than before.")
+    print("Taken back: stores that no land showed. Claims: on centre; wrong: Y or X outside the tolerance; limit: upper 95 % of their share.\n")
+    print(f"{'Plant, slip, D 10 mm, micrometer':68}{'moves':>8}{'worse':>8}{'X worse':>8}{'back':>8}{'claims':>8}{'wrong':>8}{'limit':>8}")
+    bad = []
+    for case, row in zip(cases, rows):
+        limit = lathe_strangers.upper(row["wrong"], row["claims"])
+        numbers = "".join(f"{row[name]:8}" for name in ("moves", "worse", "worse x", "back", "claims", "wrong"))
+        print(f"    {case.plant}  {lathe_strangers.SLIPS[case.slip]:61}{numbers}{limit:8.1%}")
+        if row["wrong"] and limit > CLAIMS:
+            bad.append(f"claims: plant {case.plant}, {case.slip}")
+    pool = lathe_strangers.total(rows)
+    print(f"\n{pool['worse']} of {pool['moves']} moves ({pool['worse'] / max(pool['moves'], 1):.2%}) left more than there was; {pool['wrong']} of {pool['claims']} claims are wrong.")
+    if pool["worse"] > ALLOWED * pool["moves"]:
+        bad.append("moves that left more than there was")
+    print("\n".join(f"Missed: {each}" for each in bad))
+    return not bad
+
+
 # --- write ---
 
 
@@ -277,9 +306,14 @@ def main():
     parser = new_parser("lathe", __doc__)
     parser.add_argument("--seed", type=whole(1, 2**30), default=1, metavar="N", help="draw from lathe N on (default: 1)")
     parser.add_argument("--seeds", type=whole(1, 100000), default=1000, metavar="N", help="N drawn lathes a row (default: 1000)")
+    parser.add_argument("--strangers", action="store_true", help="strangers with one slip each, instead of the methods")
     add_place(parser)
     add_output(parser, "lathe")
     options = parser.parse_args()
+    if options.strangers:
+        with errors_reported():
+            good = strangers(options.seed, options.seeds, place_of(options))
+        sys.exit(0 if good else 1)
     with errors_reported():
         make_writable(options.output)
         good = bench(options.seed, options.seeds, options.output, place_of(options))
