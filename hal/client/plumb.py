@@ -38,6 +38,7 @@ import sys
 __all__ = ["Host", "Refused", "HostDied", "Halcmd", "Ran", "Violation", "declarations"]
 
 _PATIENCE = 5  # seconds for a host to unload its modules and end
+_AT_ONCE = 64  # requests without their answers
 _KEPT_WORDS = 4000  # of the last output of the host
 
 
@@ -157,9 +158,11 @@ class Host:
             float(value) if kind == "float" else value for value, kind in zip(answer["values"], answer["types"])
         ]
 
-    def set(self, name, value):
-        """Sets a pin, parameter or signal; refuses a value that `halcmd setp` and `halcmd sets` refuse."""
-        self._request("set", name=name, value=_to_json(value))
+    def set(self, name, value=None):
+        """Sets a pin, parameter or signal, or all of a dict; refuses a value that `halcmd setp` and `halcmd sets` refuse."""
+        pairs = [(name, value)] if isinstance(name, str) else list(name.items())
+        for first in range(0, len(pairs), _AT_ONCE):
+            self._requests([{"do": "set", "name": its, "value": _to_json(wanted)} for its, wanted in pairs[first : first + _AT_ONCE]])
 
     def run(self, seconds, progress=None):
         """Moves virtual time; returns a Ran.
@@ -275,14 +278,19 @@ class Host:
 
     def _request(self, what, progress=None, **arguments):
         """The answer to a request. Raises Refused if it is a refusal."""
+        return self._requests([dict(arguments, do=what)], progress)[0]
+
+    def _requests(self, requests, progress=None):
+        """The answers to requests that are sent at once. Raises Refused with the first refusal."""
         earlier = self._awaited  # answers to interrupted requests, or to a stop
-        self._send(dict(arguments, do=what))
+        self._send(*requests)
         for _ in range(earlier):
             self._answer()
-        answer = self._answer(progress)
-        if not answer["ok"]:
-            raise Refused(answer["error"])
-        return answer
+        answers = [self._answer(progress) for _ in requests]
+        for answer in answers:
+            if not answer["ok"]:
+                raise Refused(answer["error"])
+        return answers
 
     @staticmethod
     def _succeed(halcmd, what):
@@ -290,12 +298,12 @@ class Host:
             raise Refused(halcmd.output.strip() or "%s: halcmd ended with status %d" % (what, halcmd.status))
         return halcmd.output
 
-    def _send(self, request):
+    def _send(self, *requests):
         if self._death:
             raise HostDied(self._death)
         try:
-            self._control.sendall(json.dumps(request).encode() + b"\n")
-            self._awaited += 1
+            self._control.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in requests))
+            self._awaited += len(requests)
         except OSError:
             self._die()
 

@@ -85,6 +85,19 @@ class Filter(unittest.TestCase):
         self.host.set("it.in", math.nan)
         self.assertTrue(math.isnan(self.host.get("it.in")))
 
+    def test_many_pins_are_set_at_once_and_a_refusal_among_them_is_raised_when_all_are_answered(self):
+        self.host.set({"it.in": 3, "it.gain": 0.5})
+        self.assertEqual(self.host.get(["it.in", "it.gain"]), [3, 0.5])
+        self.host.set({})
+        with self.assertRaisesRegex(plumb.Refused, "'nothing'"):
+            self.host.set({"it.in": 4, "nothing": 1, "it.gain": 1})
+        self.assertEqual(self.host.get(["it.in", "it.gain"]), [4, 1])
+        names = ["more%d" % number for number in range(12)]
+        self.host.command("loadrt sum2 names=" + ",".join(names))
+        pins = [name + pin for name in names for pin in (".in0", ".in1", ".gain0", ".gain1", ".offset", ".in0")]
+        self.host.set({pin: number for number, pin in enumerate(pins)})
+        self.assertEqual(self.host.get("more11.offset"), 70)
+
     def test_refusals_are_in_the_hosts_words(self):
         self.host.command("net input it.in")
         with self.assertRaisesRegex(plumb.Refused, "it.in.*connected to a signal"):
