@@ -11,6 +11,7 @@ import unittest
 import linuxcnc_runs
 from linuxcnc_runs import own_folder, read_recording
 from starts import starts
+from tree import ROOT
 
 
 MORE_CUTS = 41  # of detail-code
@@ -84,6 +85,9 @@ class Shift(unittest.TestCase):
         self.assertAlmostEqual(after[0], -100.05 + x, delta=2e-5)
         self.assertAlmostEqual(after[1], y, delta=2e-5)
 
+    def test_check_by_hand_needs_a_reading_a_quarter_turn_further(self):
+        self.assertIn("Measure this cut a quarter turn further, too", "\n".join(self.facts["one reading"] + self.messages + self.errors))
+
     def test_height_from_elsewhere_is_stored(self):
         self.assertEqual(self.facts["elsewhere"], [-100, -0.0321])
 
@@ -97,6 +101,14 @@ class Shift(unittest.TestCase):
         moves = abs(y[1:] - y[:-1]) > linuxcnc_runs.STILL
         self.assertTrue(moves.any())
         self.assertGreater(x[1:][moves].min(), -100 + 5.3)
+
+    def test_by_hand_the_machine_moves_for_about_a_minute_as_the_readme_says(self):
+        rows = self.rows["by_readme"]
+        time, *places = (self.shift[name][rows] for name in ("time", *("joint.%d.pos-cmd" % joint for joint in range(3))))
+        moving = sum(abs(place[1:] - place[:-1]) for place in places) > linuxcnc_runs.STILL
+        with open(os.path.join(ROOT, "configs", "lathe", "README.md")) as file:
+            self.assertIn("The machine needs about a minute", file.read())
+        self.assertAlmostEqual(float((time[1:] - time[:-1])[moving].sum()), 60, delta=30)
 
     def test_restart_in_the_middle_begins_again_and_keeps_the_table(self):
         self.assertEqual(self.after_restart["state"], [0, False, False])

@@ -48,6 +48,9 @@ class Lathe(unittest.TestCase):
         self.assertEqual(set(self.seen["standing"]), {False})
         self.assertGreater(min(self.seen["clear"]), 5.3)
 
+    def test_the_check_is_read_at_two_angles(self):
+        self.assertIn("Diameter of cut 3, a quarter turn further", self.seen["second reading"])
+
     def test_a_land_shows_the_stored_height(self):
         self.assertIn("A land shows the stored height.", self.seen["shown"])
 

@@ -170,7 +170,12 @@ class Shift(Scenario):
         x, y = self.host.get(["centre.next-x", "centre.next-y"])
         self.machine.mdi("G0 X%.6f Y%.6f" % (x * (2 if mode == "G7" else 1) / u, y / u))
         self.machine.mdi("M451")
-        self.machine.mdi("M452 P%.8f" % (2 * math.hypot(x + tip_x, y + height) / u))
+        diameter = 2 * math.hypot(x + tip_x, y + height) / u
+        if "one reading" not in self.facts:
+            self.note("one reading", self.refused("M452 P%.8f" % diameter))
+            self.machine.wait(2)
+            self.facts["one reading"] += self.refused("G4 P0.1")  # what the panel shows of it comes later
+        self.machine.mdi("M452 P%.8f R%.8f" % (diameter, diameter))
 
     def by_hand(self):
         """The same conversation in all units of a program."""
@@ -468,7 +473,7 @@ class Shift(Scenario):
         elif line.startswith("M452 P"):
             self.machine.wait(0.3)
             self.facts["standing"].append(self.host.get("spindle.0.on"))
-            self.machine.mdi("M452 P%.3f" % self.host.get("lathe.truth-diameter"))
+            self.machine.mdi(re.sub(r"[\d.]+", "%.3f" % self.host.get("lathe.truth-diameter"), line.replace("M452", "M_")).replace("M_", "M452"))
         else:
             self.machine.mdi(line)
 

@@ -110,10 +110,6 @@ class SecondPlant(unittest.TestCase):
     def outcome(self, method="lands ABBA", **case):
         return simulate_second(SecondCase(10, method, **case), SEEDS, no_news)
 
-    def moved_or_asked(self, outcome):
-        """The share of the tools that may move, or whose last cut is asked for again, which this operator does not cut."""
-        return np.mean((outcome.values["move-allowed"] > 0) | (outcome.values["detail-code"] == 45))
-
     def shares(self, outcome):
         its = outcome.values
         stored = (its["move-allowed"] > 0) | (its["x-allowed"] > 0)
@@ -125,12 +121,12 @@ class SecondPlant(unittest.TestCase):
                 outcome = self.outcome(burrs=burrs)
                 self.assertGreater(lathe.within_two(lathe.errors_of(SecondCase(10, "lands ABBA"), outcome)), 0.9)
                 self.assertEqual(lathe.second_worse(outcome), 0)
-                self.assertGreater(self.moved_or_asked(outcome), 0.6)
+                self.assertGreater(np.mean(outcome.values["move-allowed"]), 0.6)
 
     def test_eight_lands_leave_burrs_out(self):
         outcome = self.outcome("lands ABBA x 3", burrs=True)
         self.assertGreater(np.sum(outcome.values["rejected-cuts"]), 50)
-        self.assertGreater(self.moved_or_asked(outcome), 0.85)
+        self.assertGreater(np.mean(outcome.values["move-allowed"]), 0.85)
         self.assertEqual(np.sum(self.outcome("lands ABBA x 3").values["rejected-cuts"] > 1), 0)
 
     def test_cuts_that_met_nothing_are_refused(self):
@@ -159,8 +155,9 @@ class SecondPlant(unittest.TestCase):
 
     def test_tool_that_is_said_to_be_on_centre_is(self):
         case = SecondCase(10, "lands ABBA x 3", near=True)
-        said, y_out, x_out, air = lathe.on_centre_of(case, simulate_second(case, range(1, 1201), no_news))
-        self.assertGreater(said, 80)
+        said, y_out, x_out, air = lathe.on_centre_of(case, simulate_second(case, range(1, 801), no_news))
+        # With 99 %, the estimate of Y has room for 10 less 2.33 of its 2.6 um: two thirds of the room for 95 %.
+        self.assertGreater(said, 55)
         self.assertLessEqual(max(y_out, x_out), 0.05 * said)
         self.assertEqual(air, 0)
 
@@ -177,8 +174,9 @@ class Strangers(unittest.TestCase):
         self.assertEqual((its["moves"], its["claims"]), (0, 0))
 
     def test_a_stranger_without_a_slip_stores_and_is_on_centre(self):
-        its = self.counts(1, "none", 4)
+        its = self.counts(1, "none", 16)
         self.assertGreater(its["moves"], 2)
+        self.assertGreater(its["claims"], 0)
         self.assertEqual((its["worse"], its["wrong"]), (0, 0))
 
     def test_limit_of_a_share(self):

@@ -99,8 +99,6 @@ class Claims(unittest.TestCase):
     """The table of each function: claim by claim of its source, which pin, setting or program does it, and which command shows it."""
 
     FUNCTIONS = unwritten.with_claims(BUILD)
-    # Rows without a command: no part of Plumb does it.
-    UNSHOWN = {"centre_height": ["The height is worked out elsewhere and entered"]}
 
     def tables(self):
         for function in self.FUNCTIONS:
@@ -123,7 +121,7 @@ class Claims(unittest.TestCase):
                 self.assertEqual(sorted(commands), list(range(1, len(commands) + 1)))
                 self.assertEqual([number for number, lines in commands.items() if len(lines) > 1], [])
                 self.assertEqual({number for _, row in rows for number in row.numbers}, set(commands))
-                self.assertEqual([row.text for _, row in rows if not row.numbers], self.UNSHOWN.get(function, []))
+                self.assertEqual([row.text for _, row in rows if not row.numbers], [])
 
     def test_pins_settings_and_files_of_a_row_exist(self):
         import plumb

@@ -154,7 +154,7 @@ struct HeightOutputs final : hal::Group {
     hal::Out<bool> sign_known{this, "sign-known", "The height has a sign."};
     hal::Out<bool> move_allowed{this, "move-allowed", "Y may move by y-move."};
     hal::Out<bool> on_centre{
-        this, "on-centre", "Y and X of the tool are within tolerance with 95 %, by cuts that met the stock."};
+        this, "on-centre", "Y and X of the tool are within tolerance with 99 %, by cuts that met the stock."};
     hal::Out<bool> x_allowed{this, "x-allowed", "X of the tool may change by x-correction."};
     hal::Out<bool> checked_for_air{this, "checked-for-air", "The diameter of the stock is known."};
     hal::Out<bool> cut_due{this, "cut-due", "A cut is due: at next-x and next-y."};
@@ -162,6 +162,9 @@ struct HeightOutputs final : hal::Group {
     hal::Out<double> next_y{this, "next-y", "mu", "Y of the next cut, against the present one."};
     hal::Out<double> next_diameter{this, "next-diameter", "mu", "Diameter that the next cut will have."};
     hal::Out<bool> check_due{this, "check-due", "The next cut is a check, which the others predict."};
+    hal::Out<bool> reads_twice{
+        this, "reads-twice",
+        "The cut that waits is entered by hand with two readings, a quarter turn apart."};
     hal::Out<bool> shown{this, "shown", "A land has shown what was stored."};
     hal::Out<std::int32_t> suspect_cut{
         this, "suspect-cut", "Number of the cut that contradicts the others, or the stock; 0: none."};
@@ -211,6 +214,7 @@ struct HeightOutputs final : hal::Group {
         cuts_needed = valid ? verdict.cuts_needed : 0;
         cut_due = procedure.cut_due();
         check_due = now.good && procedure.check_due(now);
+        reads_twice = procedure.reads_twice();
         shown = valid && verdict.verdict == Verdict::shown;
         suspect_cut = static_cast<std::int32_t>(procedure.suspect());
         const NextCut next = now.good && procedure.cut_due() ? procedure.next(now) : NextCut{};
@@ -229,15 +233,8 @@ struct HeightOutputs final : hal::Group {
         by_travel = result.by_travel;
         predicted = result.predicted;
         disagreement = result.disagreement;
-        std::int32_t burrs = 0, first = 0;
-        std::int32_t cut = 1;
-        for (std::uint32_t left = result.rejected; left != 0; left >>= 1, ++cut) {
-            if ((left & 1) == 0) continue;
-            if (first == 0) first = cut;
-            burrs += 1;
-        }
-        rejected_cuts = valid ? burrs : 0;
-        rejected_cut = valid ? first : 0;
+        rejected_cuts = valid ? __builtin_popcount(result.rejected) : 0;
+        rejected_cut = valid ? __builtin_ffs(static_cast<int>(result.rejected)) : 0;
         smallest_diameter = if_valid(2 * std::abs(result.height));
         y_move = valid && result.signed_ ? procedure.move() : 0;
         x_correction = if_valid(procedure.correction());
@@ -338,8 +335,8 @@ struct CentreHeight final : hal::Component {
         taken_ &= given.value_ready || given.entered;
 
         outputs.show(procedure_, now);
-        status = status_of(
-            {procedure_.state(), procedure_.fault(), procedure_.verdict().verdict, status.of_interlock(), now.table_asks});
+        status = status_of({procedure_.state(), procedure_.fault(), procedure_.verdict().verdict,
+                            status.of_interlock(), now.table_asks});
         permission.report({});
         cut_taken = cut_taken_;
         value_taken = taken_;
@@ -367,7 +364,7 @@ private:
         HeightProcedure::Entry entry;
         entry.given = orders.entered_diameter;
         entry.diameter = gauge.as_diameter(entry.given);
-        entry.second = gauge.as_diameter(orders.second);
+        entry.second = given.entry ? gauge.as_diameter(orders.second) : 0;  // may be left from an entry
         entry.by_hand = given.entry;
         entry.wanted = given.cuts >= 1 ? given.cuts : keyed.count;
         entry.travel = keyed.travel;

@@ -36,6 +36,7 @@ enum class Detail : std::int32_t {
     insert,
     not_shown,
     nothing_stored,
+    second_angle,
     value_only = 31,  // a height, and Y may not move
     sign,
     insignificant,
@@ -75,14 +76,16 @@ constexpr const char* sentence(Detail detail) {
         case D::past_centre:
             return "The tool has passed the axis of the work; the radius is the height itself. Travel less.";
         case D::air_cut:
-            return "The diameter of cut {suspect-cut} is that of the stock or of the land before. Read it again: "
+            return "The diameter of cut {suspect-cut} is that of the stock or of the land before. Read it "
+                   "again: "
                    "a turn of a micrometer is 0.5 mm. If it reads the same, the tool removed nothing: cut "
                    "deeper.";
         case D::clearance: return "The tool rubs at this height: its clearance angle is too small.";
         case D::no_step: return "The method needs cuts at two positions of Y.";
         case D::no_solution: return "The cuts do not determine the height: move X and Y independently.";
         case D::implausible:
-            return "The diameter of cut {suspect-cut} does not follow from X of the tool. Read it again: a turn "
+            return "The diameter of cut {suspect-cut} does not follow from X of the tool. Read it again: a "
+                   "turn "
                    "of a micrometer is 0.5 mm. If it reads the same, the tool did not cut, or its X or Y is "
                    "wrong by more than max-x-correction or max-move.";
         case D::no_load:
@@ -94,6 +97,10 @@ constexpr const char* sentence(Detail detail) {
             return "The land does not show what was stored, so the tool table gets its former values back. "
                    "Check the insert, the tool and the reading, then begin again.";
         case D::nothing_stored: return "Nothing was stored that a land could show.";
+        case D::second_angle:
+            return "Measure this cut a quarter turn further, too, and enter both diameters: a bar that is "
+                   "not round shows "
+                   "so.";
         case D::value_only:
             return "The function is not permitted: move Y by {y-move} by hand, or switch it on.";
         case D::sign: return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
@@ -116,7 +123,8 @@ constexpr const char* sentence(Detail detail) {
         case D::more_cuts: return "Cut more lands in the same order, {cuts-needed} cuts in all.";
         case D::lands: return "Begin again with two lands in the order 1 2 2 1, {cuts-needed} cuts in all.";
         case D::again:
-            return "Cut {suspect-cut} does not fit the others. Read it again, and correct it; or cut once more.";
+            return "Cut {suspect-cut} does not fit the others. Read it again, and correct it; or cut once "
+                   "more.";
         case D::lobes:
             return "The work is not round: its readings at two angles differ. Take another bar, or read more "
                    "lands at two angles.";
@@ -178,15 +186,15 @@ constexpr hal::Said said(HeightStatus status) {
             return {Kind::bad, "An entry is refused.", "Measure that cut again, and enter the value.",
                     Button::enter, "detail-code"};
         case S::check:
-            return Said{Kind::wait,
-                        "Waits for the check: a cut whose diameter the others predict.",
+            return Said{Kind::wait, "Waits for the check: a cut whose diameter the others predict.",
                         "Cut once more, deeper, and report its end: on the panel, or by M451.",
                         Button::cut_done}
                 .told(Tell::behind_panel);
         case S::table:
-            return Said{Kind::warn, "The tool table was changed while LinuxCNC was off; nothing is stored.",
-                        "Keep it by M159 P1, or take it back: the message and the terminal show the row, old and "
-                        "new."};
+            return Said{
+                Kind::warn, "The tool table was changed while LinuxCNC was off; nothing is stored.",
+                "Keep it by M159 P1, or take it back: the message and the terminal show the row, old and "
+                "new."};
         case S::shown: return Said{Kind::good, "A land shows the stored height."}.told(Tell::behind_panel);
         case S::on_centre: return Said{Kind::good, "The tool is on centre."}.told(Tell::behind_panel);
         case S::off_centre:

@@ -25,6 +25,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace plumb {
 
@@ -36,10 +37,11 @@ struct TipHeight {
     bool signed_ = false;
     double height = 0;  // at Y = 0, or |height| if the sign is unknown
     double sigma = 0, within = 0;
-    double x = 0, theta = 0;               // at the first cut, theta in rad
-    double x_now = 0, sigma_x = 0;         // the same, as after the last cut
+    double x = 0, theta = 0;        // at the first cut, theta in rad
+    double x_now = 0, sigma_x = 0;  // the same, as after the last cut
     double by_diameter_1 = 0, by_diameter_2 = 0, by_travel = 0;
     double disagreement = 0;        // in sigmas
+    double spread = 1;              // by which the cuts have raised sigma
     double predicted = 0;           // diameter of the last cut, by the estimate
     double bias_y = 0, bias_x = 0;  // error by a burr on one cut; two cuts: error of y squared
     std::uint32_t rejected = 0;     // a bit for each cut that is an outlier
@@ -183,7 +185,8 @@ private:
         if (!newest_fits && !suspect_sure) suspect = cuts.count;
         checked = may_check && off <= 3;
         for (std::size_t i = 0; i < cuts.count; ++i)
-            if ((own >> i & 1) == 0) checked &= std::abs(cuts[i].radius - expected.radius) >= 6 * expected.sigma;
+            if ((own >> i & 1) == 0)
+                checked &= std::abs(cuts[i].radius - expected.radius) >= 6 * expected.sigma;
     }
 
     // A further cut, or a touch of the turned land, at another Y: the sign by which it agrees with the two,
@@ -239,6 +242,7 @@ private:
         signed_ = true;
         suspect = fit.excess > 3 ? fit.suspect.cut + 1 : 0;
         suspect_sure = suspect > 0 && fit.suspect.lead > 9;
+        spread = fit.spread;
         bias_y = fit.bias_y;
         bias_x = fit.bias_x;
         const double first = axes.height_of(cuts[0].y);
@@ -272,8 +276,8 @@ private:
         const double measured = cuts[cuts.count - 1].radius;
         FurtherCut last = further(settings, cuts);
         last.drifts = 0.5 * static_cast<double>(cuts.count);
-        judge_last(cuts, predict(others, cuts[0].radius, measured, last, settings.sigmas), own | rejected, checks,
-                   others.excess <= 3);
+        judge_last(cuts, predict(others, cuts[0].radius, measured, last, settings.sigmas), own | rejected,
+                   checks, others.excess <= 3);
     }
 
     // The place of the last cut against the first one.
@@ -406,9 +410,9 @@ struct HeightVerdict {
 
     // An answer, or the advice of a shim, needs a check first.
     void wait_for_check(Detail hold) noexcept {
-        const bool answered = y_moves || x_changes || verdict == Verdict::on_centre ||
-                              verdict == Verdict::unchecked ||
-                              (verdict == Verdict::held && (hold == Detail::shim || hold == Detail::value_only));
+        const bool answered =
+            y_moves || x_changes || verdict == Verdict::on_centre || verdict == Verdict::unchecked ||
+            (verdict == Verdict::held && (hold == Detail::shim || hold == Detail::value_only));
         if (answered) wait(Verdict::check);
     }
 
@@ -452,12 +456,10 @@ struct HeightVerdict {
 
 // What a program has stored: its uncertainty, and what it has left to the tool. Lengths in mu.
 struct StoredHeight {
-    bool valid = false;
-    double sigma = 0, sigma_x = 0;   // of Y and X of the tip
-    double height = 0, x = 0;        // of the tip that remain above the target and beyond the programmed radius
-    bool signed_ = true;
-    double radius = 0;               // of the last cut
-    double step = 0;                 // of Y, for the land
+    double sigma = 0, sigma_x = 0;  // of Y and X of the tip
+    double height = 0, x = 0;  // of the tip that remain above the target and beyond the programmed radius
+    double radius = 0;         // of the last cut
+    double step = 0;           // of Y, for the land
 
     // The radius that a cut leaves at this programmed radius and this height above the target.
     Prediction expected(const HeightSettings::Values& now, double programmed, double above) const noexcept {
@@ -465,9 +467,10 @@ struct StoredHeight {
         const double left = std::hypot(x_, h);
         if (!(left > 0)) return {};
         const CutSigmas& s = now.sigmas;
-        const double by_place = std::hypot(x_ / left * std::hypot(sigma_x, s.travel),
-                                           h / left * std::hypot(sigma, s.step));
-        return {left, std::hypot(by_place, std::hypot(s.radius(), 2 * s.drift), 2 * now.check_depth * s.bend)};
+        const double by_place =
+            std::hypot(x_ / left * std::hypot(sigma_x, s.travel), h / left * std::hypot(sigma, s.step));
+        return {left,
+                std::hypot(by_place, std::hypot(s.radius(), 2 * s.drift), 2 * now.check_depth * s.bend)};
     }
 };
 
@@ -503,7 +506,6 @@ public:
             case Verdict::unsure: return verdict_.remedy != Detail::none ? verdict_.remedy : hold_;
             case Verdict::held: return hold_ != Detail::none ? hold_ : Detail::x_bounded;
             case Verdict::x: return hold_;  // of Y
-            case Verdict::check: return Detail::none;
             default: return Detail::none;
         }
     }
@@ -513,12 +515,15 @@ public:
     const HeightVerdict& verdict() const noexcept { return verdict_; }
 
     bool cut_due() const noexcept {
-        return state_ == State::cut || (state_ == State::known && (verdict_.verdict == Verdict::check || misfit_ > 0));
+        return state_ == State::cut ||
+               (state_ == State::known && (verdict_.verdict == Verdict::check || misfit_ > 0));
     }
     // The cut that is due goes deeper into the land of the last one.
     bool check_due(const Settings& now) const noexcept {
         return state_ == State::known && cut_due() && !misfit_land(now.lands());
     }
+    // A check by hand: a lobe that one reading of each land has not shown.
+    bool reads_twice() const noexcept { return state_ == State::measure && cuts_[cuts_.count].again; }
     std::size_t suspect() const noexcept { return suspect_ > 0 ? suspect_ : result_.suspect; }
 
     // Y at which the height is wanted, and the X that the program calls 0. For the land that shows what was
@@ -528,8 +533,8 @@ public:
         y_origin_ = now.method == Method::show ? y - program_y : y;
         cuts_.x_zero = x_zero * now.outward();
         state_ = now.method == Method::given ? State::measure : State::cut;
-        if (now.method == Method::show && !stored_.valid) fail(Detail::nothing_stored);
-        if (now.method != Method::show) stored_ = StoredHeight{};
+        if (now.method == Method::show && !stored_) fail(Detail::nothing_stored);
+        if (now.method != Method::show) stored_.reset();
         if (!now.good) fail(Detail::settings);
         if (!known(y_origin_) || !known(cuts_.x_zero)) fail(Detail::position);
     }
@@ -538,18 +543,17 @@ public:
         forget();
         cuts_ = TurnedCuts{};
         misfit_ = 0;
+        refused_ = false;
         state_ = State::idle;
     }
 
     // A height is used once: the tool table must not receive it again.
     void store(const Settings& now) noexcept {
-        const bool stores = state_ == State::known && (verdict_.y_moves || verdict_.x_changes);
-        StoredHeight stored;
-        if (stores) {
-            stored.valid = true;
-            stored.sigma = result_.sigma;
-            stored.sigma_x = result_.sigma_x;
-            stored.signed_ = result_.signed_;
+        std::optional<StoredHeight> all;
+        if (state_ == State::known && (verdict_.y_moves || verdict_.x_changes)) {
+            StoredHeight& stored = all.emplace();
+            stored.sigma = result_.sigma / result_.spread;
+            stored.sigma_x = result_.sigma_x / result_.spread;
             stored.height = verdict_.y_moves ? 0 : result_.height - now.target_height;
             stored.x = verdict_.x_changes ? 0 : -correction_ * now.outward();
             stored.radius = cuts_.count > 0 ? cuts_[cuts_.count - 1].radius : now.land_diameter / 2;
@@ -557,7 +561,7 @@ public:
             stored.step = result_.signed_ ? -now.rubbing() * step : 0;  // away from the side that rubs
         }
         end();
-        stored_ = stored;
+        stored_ = all;
     }
 
     // Lands at their Y; else deeper into the land of the last cut: a check where the others predict it.
@@ -570,16 +574,13 @@ public:
     void interrupt() noexcept {
         if (state_ == State::idle || state_ == State::aborted || state_ == State::refused) return;
         state_before_abort_ = state_;
-        fault_before_abort_ = fault_;
         forget();
         state_ = State::aborted;
     }
 
     void go_on(const Settings& now) noexcept {
         if (state_ != State::aborted) return;
-        state_ = state_before_abort_;
-        fault_ = fault_before_abort_;
-        if (fault_ != Detail::none) suspect_ = cuts_.count + 1;
+        state_ = state_before_abort_;  // an entry that was refused is told already
         if (state_ == State::known && now.method == Method::given) state_ = State::measure;
         if (state_ == State::known && now.method == Method::show) state_ = State::idle;
         if (state_ == State::known) evaluate(now);
@@ -588,8 +589,9 @@ public:
     // The tool stands at the end of a cut. `load` is the largest one of the spindle since the cut before, in
     // %.
     bool take_position(const Settings& now, double x, double y, double load) noexcept {
-        const bool again = state_ == State::measure && fault_ != Detail::none;  // of a cut that removed nothing
-        const bool may = state_ == State::cut || again || (state_ == State::known && now.method != Method::show);
+        const bool again = state_ == State::measure && refused_;  // of a cut that removed nothing
+        const bool may =
+            state_ == State::cut || again || (state_ == State::known && now.method != Method::show);
         if (!may || cuts_.count == CutFit::most) return false;
         if (!known(x) || !known(y)) {
             fail(Detail::position);
@@ -600,11 +602,13 @@ public:
             return false;
         }
         Cut& cut = cuts_.cuts[cuts_.count];
+        const bool deeper = again ? cut.again : verdict_.verdict == Verdict::check || misfit_ > 0;
         cut = Cut{};
         cut.x = x * now.outward();
         cut.y = y - y_origin_;
-        cut.again = verdict_.verdict == Verdict::check || misfit_ > 0;
+        cut.again = deeper;
         forget();
+        refused_ = false;
         state_ = State::measure;
         return true;
     }
@@ -617,12 +621,17 @@ public:
             return;
         }
         cuts_.travel = entry.travel;
+        refused_ = true;  // unless it is taken
         if (entry.by_beam && !(entry.diameter > 0)) {
             fault_ = Detail::beam;
             return;
         }
         if (!now.good) return fail(Detail::settings);
         suspect_ = cuts_.count + 1;
+        if (entry.by_hand && reads_twice() && !(entry.second > 0)) {
+            fault_ = Detail::second_angle;
+            return;
+        }
         read(now, entry, cuts_.cuts[cuts_.count]);
         fault_ = TipHeight::slip(now, cuts_, cuts_.count);
         if (fault_ != Detail::none) return;
@@ -634,6 +643,7 @@ public:
             return;
         }
         cuts_.count += 1;
+        refused_ = false;
         suspect_ = 0;
         state_ = State::cut;
         if (static_cast<double>(cuts_.count) >= entry.wanted) evaluate(now);
@@ -648,6 +658,10 @@ public:
         if (!may) return false;
         const std::size_t i = static_cast<std::size_t>(number) - 1;
         const Cut former = cuts_.cuts[i];
+        if (former.again && !(entry.second > 0)) {
+            fault_ = Detail::second_angle;
+            return true;
+        }
         read(now, entry, cuts_.cuts[i]);
         if (const Detail slip = TipHeight::slip(now, cuts_, i); slip != Detail::none || !now.good) {
             cuts_.cuts[i] = former;
@@ -690,8 +704,9 @@ private:
         const double inward = now.inside ? 1 : -1;
         NextCut its;
         if (now.method == Method::show) {
-            its.radius = stored_.radius + inward * now.check_depth;
-            its.y = stored_.step;
+            if (!stored_) return its;
+            its.radius = stored_->radius + inward * now.check_depth;
+            its.y = stored_->step;
             its.x = std::sqrt(std::max(its.radius * its.radius - its.y * its.y, 0.0));
             return its;
         }
@@ -699,7 +714,8 @@ private:
         const bool is_land = now.method == Method::two_lands && (state_ == State::cut || misfit_land(lands));
         if (cuts_.count == 0 || is_land) {
             const std::size_t k = misfit_ > 0 ? cuts_.count - 1 : cuts_.count;
-            if (now.method == Method::two_lands) its.y = k % 4 == 0 || k % 4 == 3 ? lands.first : lands.second;
+            if (now.method == Method::two_lands)
+                its.y = k % 4 == 0 || k % 4 == 3 ? lands.first : lands.second;
             its.x = cuts_.count > 0 ? cuts_.programmed(0) : now.land_diameter / 2;
             its.radius = std::hypot(its.x, its.y);
             return its;
@@ -709,7 +725,8 @@ private:
         // Below all of them, so that it has the diameter of none.
         its.radius = last.radius;
         for (std::size_t i = 0; i < cuts_.count; ++i)
-            its.radius = now.inside ? std::max(its.radius, cuts_[i].radius) : std::min(its.radius, cuts_[i].radius);
+            its.radius =
+                now.inside ? std::max(its.radius, cuts_[i].radius) : std::min(its.radius, cuts_[i].radius);
         its.radius += inward * std::max(now.check_depth, 8 * now.sigmas.radius());
         // Asked for again it is cut in the middle, where a chip shows the most.
         its.y = now.method != Method::two_lands ? last.y
@@ -739,14 +756,15 @@ private:
         cut.radius = (cut.radius + second) / 2;
     }
 
-    // Sigma of a mean of two readings, by their differences; larger the fewer there are.
-    double lobes() const noexcept {
+    // Of a bar that is not round: sigma of a diameter, by the differences of two readings beyond their own
+    // sigma; larger the fewer there are.
+    double lobes(double gauge) const noexcept {
         double sum = 0, count = 0;
         for (std::size_t i = 0; i < cuts_.count; ++i) {
             sum += cuts_[i].apart * cuts_[i].apart;
             count += cuts_[i].apart != 0 ? 1 : 0;
         }
-        return count > 0 ? std::sqrt(sum / count) * (1 + 1 / count) : 0;  // of a diameter
+        return count > 0 ? std::sqrt(std::max(sum / count - gauge * gauge / 2, 0.0)) * (1 + 1 / count) : 0;
     }
 
     // Whether the cut that does not fit is the newest one: it is asked for again.
@@ -772,7 +790,9 @@ private:
                                     {!now.automatic, Detail::value_only}});
         verdict_.y_moves = hold_ == Detail::none;
         verdict_.x_changes = verdict_.y_moves && std::abs(correction_) > 1e-9;
-        verdict_.verdict = !verdict_.y_moves ? Verdict::held : verdict_.x_changes ? Verdict::both : Verdict::y;
+        verdict_.verdict = !verdict_.y_moves    ? Verdict::held
+                           : verdict_.x_changes ? Verdict::both
+                                                : Verdict::y;
         state_ = State::known;
     }
 
@@ -781,9 +801,10 @@ private:
         const Cut& cut = cuts_[0];
         const SkewedAxes axes(now.angle);
         const double above = axes.height_of(cut.y), programmed = cuts_.programmed(0) + axes.x_of(cut.y);
-        const Prediction expected = stored_.expected(now, programmed, above);
-        const StoredHeight stored = stored_;
-        stored_ = StoredHeight{};
+        if (!stored_) return fail(Detail::nothing_stored);
+        const StoredHeight stored = *stored_;
+        const Prediction expected = stored.expected(now, programmed, above);
+        stored_.reset();
         if (!(expected.radius > 0 && expected.disagreement(cut.radius) <= 3)) return fail(Detail::not_shown);
         cuts_.count = 1;
         result_.valid = result_.signed_ = result_.checked = true;
@@ -797,7 +818,7 @@ private:
     void evaluate(Settings now) noexcept {
         if (!now.good) return fail(Detail::settings);
         if (!known(cuts_.travel) || cuts_.travel < 0) return fail(Detail::travel);
-        const double gauge = now.sigmas.gauge, lobed = lobes();
+        const double gauge = now.sigmas.gauge, lobed = lobes(gauge);
         now.sigmas.gauge = std::hypot(gauge, lobed);
         result_ = TipHeight::of(now, cuts_);
         fault_ = result_.fault;
@@ -807,7 +828,8 @@ private:
         const std::uint32_t older = misfit_ > 0 ? (std::uint32_t{1} << (misfit_ - 1)) - 1 : 0;
         // Deeper cuts show a chip less clearly: the third one must agree the best.
         const double most = misfit_ > 0 && cuts_.count > misfit_ + 1 ? 1 : 2;
-        const bool explained = result_.disagreement <= most && (result_.rejected & older & ~rejected_before_) == 0;
+        const bool explained =
+            result_.disagreement <= most && (result_.rejected & older & ~rejected_before_) == 0;
         const bool fits = result_.newest_fits && (misfit_ == 0 || explained);
         if (fits) misfit_ = 0;
         if (!fits && misfit_ == 0) misfit_ = cuts_.count;
@@ -843,7 +865,9 @@ private:
     }
 
     void fail(Detail reason) noexcept {
+        const std::size_t cut = suspect();
         forget();
+        suspect_ = cut;
         fault_ = reason;
         state_ = State::refused;
     }
@@ -882,14 +906,14 @@ private:
     TurnedCuts cuts_;
     TipHeight result_;
     State state_ = State::idle, state_before_abort_ = State::idle;
-    Detail fault_ = Detail::none, fault_before_abort_ = Detail::none;
-    Detail hold_ = Detail::none;
+    Detail fault_ = Detail::none, hold_ = Detail::none;
+    bool refused_ = false;  // the entry of the cut that waits, or the one before it
     ToolBend bend_;
     double y_origin_ = 0, move_ = 0, correction_ = 0;
-    std::size_t misfit_ = 0;   // number of the first of the last cuts that do not fit; 0: the last one fits
+    std::size_t misfit_ = 0;  // number of the first of the last cuts that do not fit; 0: the last one fits
     std::uint32_t rejected_before_ = 0;  // with burrs, a bit for each, before the last cuts did not fit
-    std::size_t suspect_ = 0;  // number of the cut whose reading is refused
-    StoredHeight stored_;
+    std::size_t suspect_ = 0;            // number of the cut whose reading is refused
+    std::optional<StoredHeight> stored_;
     HeightVerdict verdict_;
 };
 

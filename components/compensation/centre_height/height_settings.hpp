@@ -28,8 +28,9 @@ public:
     static constexpr hal::Range offsets{-100, 100}, factors{0.5, 2};      // mu, 1
     static constexpr hal::Range between_axes{6, 170}, clearances{0, 85};  // deg
 
-    hal::In<std::int32_t> method{this, "method", 1, "0 two cuts, 1 two lands, 2 step of Y, 3 any cuts, 4 a height from elsewhere.",
-                                 hal::machine(methods)};
+    hal::In<std::int32_t> method{
+        this, "method", 1, "0 two cuts, 1 two lands, 2 step of Y, 3 any cuts, 4 a height from elsewhere.",
+        hal::machine(methods)};
     hal::In<bool> inside{this, "inside", false, "Internal turning: X goes outward to cut deeper.",
                          hal::machine()};
     hal::In<std::int32_t> post{this, "post", 0, "Slide and spindle in use, 0 to 3.",
@@ -159,7 +160,8 @@ public:
         double sign = 0, target_height = 0, correction_offset = 0, correction_factor = 0;
         double diameter_offset = 0, diameter_factor = 0, max_move = 0, max_sigma = 0, tolerance = 0;
         double target_diameter = 0;
-        double stock_sigma = 0, check_depth = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0, least_load = 0;
+        double stock_sigma = 0, check_depth = 0, pass_depth = 0, max_x_correction = 0, largest_burr = 0,
+               least_load = 0;
 
         double tool = 0;
 

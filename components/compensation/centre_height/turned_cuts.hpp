@@ -30,6 +30,10 @@
 
 namespace plumb {
 
+inline double square(double z) noexcept {
+    return z * z;
+}
+
 // Standard uncertainties of a cut and of its measurement, in mu; scale is a ratio.
 struct CutSigmas {
     double gauge = 0;          // of a measured diameter
@@ -64,8 +68,8 @@ private:
 // clearance by asin(height / radius). `rubbing` is +1 if it rubs above, -1 if below, as for a tool that is
 // mounted upside down or work that turns the other way. Lengths in mu.
 struct LandPair {
-    double first = 0, second = 0;  // the first is on the side of +Y
-    bool about = true;             // the present height is in the middle
+    double first = 0, second = 0;            // the first is on the side of +Y
+    bool about = true;                       // the present height is in the middle
     static constexpr double steepest = 0.6;  // largest height of a check, per radius
 
     double half() const noexcept { return (first - second) / 2; }
@@ -137,19 +141,21 @@ public:
     double drift = 0, rise = 0;  // of the radius and of the tip, per cut
     double sigma_y = 0, sigma_x = 0;
     double x_now = 0, sigma_x_now = 0;  // as after the last cut: what has drifted in half of the cuts counts
-    double excess = 0;  // of the residuals, in sigmas; 0 if no cut is redundant
-    int redundant = 0;  // rows more than unknowns
-    int spare = 0;      // cuts more than needed
+    double spread = 1;                  // by which the residuals have raised the sigmas
+    double excess = 0;                  // of the residuals, in sigmas; 0 if no cut is redundant
+    int redundant = 0;                  // rows more than unknowns
+    int spare = 0;                      // cuts more than needed
     Suspect suspect;
     double bias_y = 0, bias_x = 0;  // by an outlier in one radius that the residuals do not show
 
     // Radius that a cut at dx, dy from the first one leaves, without drift.
     double predicted(double dx, double dy) const noexcept { return std::hypot(x + dx, y + dy); }
 
-    // Sigma of a predicted radius, without the scatter of the cut itself.
+    // Sigma of a predicted radius, without the scatter of the cut itself. A further cut must agree within
+    // what the settings allow: cuts that scatter by more allow no more.
     double sigma_predicted(double dx, double dy) const noexcept {
         const double radius = predicted(dx, dy);
-        return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) : 0;
+        return radius > 0 ? std::hypot((x + dx) / radius * sigma_x, (y + dy) / radius * sigma_y) / spread : 0;
     }
 
     // Radii above 0. count to `most`. `lands` are cuts that are meant to have one X. `outlier` is the largest
@@ -215,6 +221,7 @@ private:
     static constexpr int rows_most = most + 6, unknowns_most = 9;
     static constexpr double undetected = 4;     // sigmas of a residual at which it shows in five of six cases
     static constexpr double negligible = 1e-6;  // weight of a rejected cut, so that no row is missing
+    static constexpr double settled = 2;        // redundant cuts for which the settings count
     static constexpr double steadiness = 20;    // cuts in which a drift changes by itself, at the soonest
     using Rows =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, rows_most, unknowns_most>;
@@ -325,8 +332,8 @@ private:
             rise = solution(needed + 1) / sizes(needed + 1) * per_drift;
             const double half = 0.5 * (cuts - 1);
             x_now += drift * half;
-            sigma_x_now = std::hypot((row_x + row_of(needed) / sizes(needed) * per_drift * half).norm(),
-                                     drift * half);
+            sigma_x_now =
+                std::hypot((row_x + row_of(needed) / sizes(needed) * per_drift * half).norm(), drift * half);
         }
         const int others = static_cast<int>(a.rows()) - unknowns;  // dimensions of the residuals
         redundant = others - rejected;
@@ -334,11 +341,11 @@ private:
         if (redundant > 0) {
             const double chi = b.tail(others).squaredNorm();
             excess = std::max(0.0, std::sqrt(2 * chi) - std::sqrt(2.0 * redundant - 1));
-            if (excess > 3) {  // the cuts scatter by more than their sigmas
-                sigma_y *= std::sqrt(chi / redundant);
-                sigma_x *= std::sqrt(chi / redundant);
-                sigma_x_now *= std::sqrt(chi / redundant);
-            }
+            // Cuts that scatter by more than their sigmas show that these are too small.
+            spread = std::sqrt(std::max((settled + chi) / (settled + redundant), 1.0));
+            sigma_y *= spread;
+            sigma_x *= spread;
+            sigma_x_now *= spread;
         }
         if (!outlier) return;
         double largest = 0, next = 0;
@@ -365,8 +372,6 @@ private:
         }
         suspect.lead = square(largest) - square(next);
     }
-
-    static double square(double z) noexcept { return z * z; }
 };
 
 // The cuts of a procedure. X is outward, Y against the position for which the height is wanted; lengths in
@@ -487,10 +492,6 @@ struct FurtherCut {
     bool travelled = true;  // X stands elsewhere
 };
 
-inline double square(double z) noexcept {
-    return z * z;
-}
-
 // By two cuts, x1 and y squared of which are known. `y` is the signed height of the tip at the first cut.
 // `outward` is 1 for internal turning, where X goes outward to cut deeper, else -1. The radius is 0 if the
 // tip does not meet the work.
@@ -561,10 +562,11 @@ struct KnownError {
     double size = 0, sigma = 0;
     double bias = 0;  // that may hide in it
 
-    // One-sided, at 95 %.
+    // One-sided, at 99 %.
     bool within(double tolerance) const noexcept { return size + one_sided * sigma <= tolerance; }
-    // An error of half of it, which would make a correction worse than none, is beyond two sigmas.
-    static constexpr double sure = 4;
+    // An error of half of it, which would make a correction worse than none, is beyond three sigmas: less
+    // than one move of 700.
+    static constexpr double sure = 6;
     bool significant() const noexcept { return size >= std::max(sure * sigma, 2 * bias) && size > 0; }
 
     // The cuts that would make the error known, as a multiple of the cuts that there are: within the
@@ -577,8 +579,7 @@ struct KnownError {
     }
 
 private:
-    static constexpr double one_sided = 1.645;
-    static double square(double z) noexcept { return z * z; }
+    static constexpr double one_sided = 2.33;
 };
 
 // How far work and tool bend: the height of a tool at rest less the one under the cut. Lengths in mu.

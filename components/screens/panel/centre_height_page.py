@@ -37,6 +37,7 @@ class CentreHeightPage(FunctionPage):
         self._ys, self._y_origin = {}, None  # where the cuts were ended here, and where Y was at the beginning
         self._entered = column(spacing=4)
         self._expected_now = {}  # the diameter that centre_height expects, by cut
+        self._seconds = {}  # readings a quarter turn further, by cut
         return [card(label(_("Next step"), "soft"), self._step, self._entered), self._figures, self._picture]
 
     def buttons(self):
@@ -108,7 +109,7 @@ class CentreHeightPage(FunctionPage):
     def begin(self, method, cuts, diameter, stock=""):
         """`diameter` and `stock` are texts of the operator. Raises ValueError."""
         value = diameter_of(diameter)
-        self._sent, self._ys, self._y_origin, self._expected_now, self._turns = [], {}, self._y(), {}, False
+        self._sent, self._ys, self._y_origin, self._expected_now, self._seconds, self._turns = [], {}, self._y(), {}, {}, False
         if "start" in self.instance.settings():
             for short, text in (("method", str(method)), ("cuts", str(cuts)), ("land-diameter", repr(value))):
                 if short in self.instance.settings():
@@ -144,17 +145,28 @@ class CentreHeightPage(FunctionPage):
         takes = state not in (0, centre_height_state.INTERRUPTED) if cut else state == centre_height_state.WAITS
         return "" if takes else " ".join(status.kind_and_words(self.instance, values)[1:])
 
-    def enter(self, text, cut=0):
-        """The diameter of the last cut, or of one that was entered before. Raises ValueError."""
+    def reads_twice(self, cut):
+        """Whether the cut that waits, or one that was entered before, has two readings, a quarter turn apart."""
+        return cut in self._seconds if cut else self.get(self.panel.values, "reads-twice", False)
+
+    def enter(self, text, cut=0, second=""):
+        """The diameter of the last cut, or of one that was entered before, and a second reading if it has one. Raises ValueError."""
         value = diameter_of(text)
         former = self.value_of(cut)
+        number = cut or self.get(self.panel.values, "cut-number") + 1
+        words = former_words = ""
+        if second:
+            words, former_words = (" R[%s]" % texts.for_program(its) for its in (diameter_of(second), self._seconds.get(number, value)))
+            self._seconds[number] = diameter_of(second)
         if "entered" in self.instance.settings():
             self.panel.write(self.instance.full("entered-cut"), str(cut), "button")
             self.panel.write(self.instance.full("entered-diameter"), repr(value), "button")
+            if "second-diameter" in self.instance.settings():
+                self.panel.write(self.instance.full("second-diameter"), repr(diameter_of(second) if second else 0.0), "button")
             self.panel.pulse(self.instance.full("entered"))
         else:
-            undo = "M452 P[%s] Q%d" % (texts.for_program(former), cut) if cut else "M452 Q-%d" % (self.get(self.panel.values, "cut-number") + 1)
-            self.panel.mdi("M452 P[%s]" % texts.for_program(value) + (" Q%d" % cut if cut else ""), _("Enter the diameter"), undo=undo)
+            undo = "M452 P[%s]%s Q%d" % (texts.for_program(former), former_words, cut) if cut else "M452 Q-%d" % number
+            self.panel.mdi("M452 P[%s]" % texts.for_program(value) + words + (" Q%d" % cut if cut else ""), _("Enter the diameter"), undo=undo)
         if cut:
             self._sent[cut - 1] = value
         else:
@@ -326,16 +338,16 @@ class DiameterPage(EntryPage):
     """The entry of a measured diameter, judged when it is entered: of the cut that waits, or of `cut`, whose entry was wrong. What is expected does not
     show before: who knows it reads it."""
 
-    def __init__(self, panel, page, cut=0):
+    def __init__(self, panel, page, cut=0, first=""):
         self.page = self.back = page
-        self._corrects = cut
+        self._corrects, self._first = cut, first  # the first of two readings
         self._cut = cut or page.get(panel.values, "cut-number") + 1
         super().__init__(panel)
 
     @property
     def title(self):
         text = _("Radius of cut {cut}") if self.page.by_radius else _("Diameter of cut {cut}")
-        return text.format(cut=self._cut)
+        return text.format(cut=self._cut) + (_(", a quarter turn further") if self._first else "")
 
     def build(self):
         former = self.page.value_of(self._corrects)
@@ -365,7 +377,11 @@ class DiameterPage(EntryPage):
         try:
             if kind == "warn":
                 raise ValueError(words[2:])
-            self.page.enter(self._keypad.text, self._corrects)
+            if self.page.reads_twice(self._corrects) and not self._first:
+                diameter_of(self._keypad.text)
+                self.panel.open(DiameterPage(self.panel, self.page, self._corrects, self._keypad.text))
+                return
+            self.page.enter(self._first or self._keypad.text, self._corrects, self._keypad.text if self._first else "")
         except ValueError as error:
             self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
             return

@@ -10,12 +10,10 @@ import dataclasses
 import math
 import random
 
+from support import lathe_hall
 from support.lathe_machine import Work
 from support.second_lathe import SecondLathe
 
-CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt sim_lathe names=lathe", "loadrt centre_height names=centre interlock=no",
-          "addf lathe.update servo-thread", "addf centre.update servo-thread", "start")
-PERIOD = 0.001  # s
 WORK = Work(10.0, 5.0, 1.0, 0.5, 0.01, 50, 0.05, False)
 STOCK = 10.6  # mm
 ROUNDS = 3
@@ -23,6 +21,7 @@ MOST = 18  # cuts of a round
 REFUSED = 47  # status-code
 NEAR = 0.04  # mm, of every second tool
 CLEAR = 6.5  # mm, radius
+ZERO = 0.02  # mm, of a micrometer
 
 # A slip, and the cut of the first round, from 0, at which it is made; 4 is the check, 5 the land after the store.
 SLIPS = {
@@ -53,7 +52,7 @@ SLIPS = {
     "burr": "a burr of 10 to 40 um on one land",
     "oval": "an oval bar, one reading a land",
     "oval twice": "an oval bar, two readings a land",
-    "zero": "the micrometer's zero is 20 um off",
+    "zero": "the micrometer's zero is 20 um off: X as it shows it",
     "backlash": "Y comes from above at every second cut",
     "operators": "another operator corrects X before the store",
     "power": "the power fails at some step",
@@ -157,14 +156,8 @@ class Stranger:
         self.counts = dict.fromkeys(("moves", "worse", "worse x", "claims", "wrong", "back"), 0)
         self.truth = None  # height and x of the tip, at the axes' zero, of the last cut
 
-    def pulse(self, pin, values=()):
-        yield {"centre." + pin: True, **dict(values)}, ()
-        yield {"centre." + pin: False}, ()
-
-    def get(self, *pins):
-        return (yield {}, ["centre." + pin for pin in pins])
-
     def work(self):
+        yield lathe_hall.settings(SETTINGS), ()
         yield from self.plant.draw(*self.drawing)
         for round_ in range(ROUNDS):
             self.first = round_ == 0  # the slip is made once
@@ -175,8 +168,7 @@ class Stranger:
 
     def begin(self, show=False):
         values = {"program-method": 6 if show else 2, "program-cuts": 1 if show else 4, "x-zero-0": self.x_offset, "y-position-0": self.y_offset}
-        values |= {"x-position-0": self.x_offset + CLEAR, "entered-diameter": 0}
-        yield from self.pulse("start", {"centre." + pin: value for pin, value in values.items()})
+        yield from lathe_hall.begin(values | {"x-position-0": self.x_offset + CLEAR, "entered-diameter": 0})
 
     def measure(self):
         """A round. Returns whether the stranger has done."""
@@ -190,14 +182,14 @@ class Stranger:
             if self.slip == "power" and self.first and len(self.true) == self.power:
                 self.first = False
                 return False
-            due, check, x, y, needed, status = yield from self.get("cut-due", "check-due", "next-x", "next-y", "cuts-needed", "status-code")
+            due, check, x, y, needed, status = yield from lathe_hall.get("cut-due", "check-due", "next-x", "next-y", "cuts-needed", "status-code")
             if not due:
                 if not needed > len(self.true) or needed > 16:
                     return False
                 x, y, check = WORK.diameter / 2, (1 if len(self.true) % 4 in (0, 3) else -1) * WORK.step, False
             if not (yield from self.cut(x, y, check)):
                 return False
-            move, x_moves, centred, status = yield from self.get("move-allowed", "x-allowed", "on-centre", "status-code")
+            move, x_moves, centred, status = yield from lathe_hall.get("move-allowed", "x-allowed", "on-centre", "status-code")
             if centred:
                 height, x_error = self.errors()
                 self.counts["claims"] += 1
@@ -210,8 +202,8 @@ class Stranger:
         return False
 
     def errors(self):
-        """Of the tool as it is stored: height on Y0, and the programmed radius."""
-        return self.truth[0] + self.y_offset, self.truth[1] + self.x_offset
+        """Of the tool as it is stored: height on Y0, and the programmed radius, as the micrometer shows it: no cut shows its zero."""
+        return self.truth[0] + self.y_offset, self.truth[1] + self.x_offset + (ZERO / 2 if self.slip == "zero" else 0)
 
     def cut(self, x, y, again):
         """Turns, measures and types one cut. Returns False if the stranger gives up."""
@@ -236,11 +228,13 @@ class Stranger:
         self.truth = (height, x_tip)
         self.radii.append(left)
         self.true.append(2 * left)
-        yield from self.pulse("cut-done", {"centre.x-position-0": place[0] - deeper, "centre.y-position-0": place[1]})
+        yield from lathe_hall.end_of_cut(place[0] - deeper, place[1])
         for attempt in range(3):
-            diameter, second = self.reading(k, attempt)
-            yield from self.pulse("entered", {"centre.entered-diameter": diameter, "centre.second-diameter": second})
-            waits, = yield from self.get("measure")
+            diameter, second = self.reading(k, attempt, again)
+            if attempt:
+                yield {"centre.entered": False}, ()
+            yield from lathe_hall.enter(diameter, second)
+            waits, = yield from lathe_hall.get("measure")
             if not waits:
                 return True
         return False
@@ -249,8 +243,9 @@ class Stranger:
         out = -1 if self.slip.startswith("slip") else 1
         yield from self.plant.change(out * self.chip, -out * self.chip / 2)
 
-    def reading(self, k, attempt):
-        """What he reads of the cut, at one angle and at another; what is refused he reads again, and now rightly unless it is a habit."""
+    def reading(self, k, attempt, again):
+        """What he reads of the cut, at one angle and, where he is asked for it, at another; what is refused he reads again, and now rightly
+        unless it is a habit."""
         true, drawn, slip = list(self.true), self.drawn, self.slip
         noise = lambda: drawn.gauss(0, self.noise)  # noqa: E731
         which, habit = k, self.first
@@ -260,24 +255,24 @@ class Stranger:
             which = max(k - 1, 0)
         elif slip == "swapped all" and k < 4:
             return self.swap(k) + noise(), 0
-        value = true[which] + noise()
+        value, second = true[which] + noise(), true[which] + noise() if again or slip == "oval twice" else 0
         if slip.startswith("oval"):
-            angle = drawn.uniform(0, 2 * math.pi)
-            return value + self.oval * math.cos(angle), (value - self.oval * math.cos(angle) + noise()) if slip == "oval twice" else 0
+            lobe = self.oval * math.cos(drawn.uniform(0, 2 * math.pi))
+            return value + lobe, second - lobe if second else 0
         if slip == "zero":
-            value += 0.02
+            value, second = value + ZERO, second + ZERO if second else 0
         if slip == "radii" and habit and attempt < 2:
             return value / 2, 0
         if attempt or not habit:
-            return value, 0
+            return value, second
         if slip == "swapped" and k in (0, 1):
             return self.swap(k) + noise(), 0
         at = {"radius": 1, "inch": 2, "turn": 0, "turn less": 1, "digit": 2, "small digit": 2, "burr": 3}
         if at.get(slip) == k:
             factor = {"radius": 0.5, "inch": 1 / 25.4}.get(slip, 1)
             off = {"turn": 0.5, "turn less": -0.5, "digit": 0.1, "small digit": 0.01, "burr": drawn.uniform(0.01, 0.04)}.get(slip, 0)
-            return value * factor + off, 0
-        return value, 0
+            return value * factor + off, second
+        return value, second
 
     def swap(self, k):
         """The diameter of the land on the other side: of this one, as if Y had been the other way."""
@@ -289,21 +284,22 @@ class Stranger:
     def store(self):
         """Stores what may be stored, and turns the land that must show it. Returns whether the stranger has done: never, he measures again."""
         old = self.x_offset, self.y_offset
-        move, y_move, x_moves, x_correction = yield from self.get("move-allowed", "y-move", "x-allowed", "x-correction")
+        move, y_move, x_moves, x_correction = yield from lathe_hall.get("move-allowed", "y-move", "x-allowed", "x-correction")
         if self.first and self.slip == "operators":
             self.x_offset += 0.03  # M454 asks, and adds the correction to it
         self.y_offset += y_move if move else 0
         self.x_offset += x_correction if x_moves else 0
-        yield from self.pulse("stored")
+        for value in (True, False):
+            yield {"centre.stored": value}, ()
         if self.slip == "power" and self.first and self.power == 5:
             self.count(move, old)
             return False
         if self.first and self.slip == "chip store":
             yield from self.chip_now()
         yield from self.begin(show=True)
-        x, y = yield from self.get("next-x", "next-y")
+        x, y = yield from lathe_hall.get("next-x", "next-y")
         yield from self.cut(x, y, True)
-        shown, = yield from self.get("shown")
+        shown, = yield from lathe_hall.get("shown")
         if shown:
             self.count(move, old)
         else:
@@ -315,42 +311,15 @@ class Stranger:
         height, x_error = self.errors()
         self.counts["moves"] += 1
         self.counts["worse"] += bool(move) and abs(height) > abs(self.truth[0] + old[1])
-        self.counts["worse x"] += abs(x_error) > abs(self.truth[1] + old[0]) + 0.001
+        self.counts["worse x"] += abs(x_error) > abs(x_error - self.x_offset + old[0]) + 0.001
 
 
-SETTINGS = {"gauge-sigma": 0.002, "land-step": WORK.step, "land-diameter": WORK.diameter, "clearance-angle": 0, "x-is-radius": True, "largest-burr": 0.04, "max-move": 0.5,
-            "max-x-correction": 0.5, "max-sigma": 0.02, "tolerance": WORK.tolerance, "pass-depth": WORK.pass_depth, "enable": True}
+SETTINGS = {"land-step": WORK.step, "land-diameter": WORK.diameter, "largest-burr": 0.04, "tolerance": WORK.tolerance, "pass-depth": WORK.pass_depth}
 
 
 def simulate_strangers(case, seeds, progress):
     """The counts of all lathes of a row."""
-    import plumb
-
-    counts, last = [], {}
-    with plumb.Host() as host:
-        for line in CONFIG:
-            host.command(line)
-        for name, value in SETTINGS.items():
-            host.set("centre." + name, value)
-        for done, seed in enumerate(seeds):
-            its = Stranger((SimPlant if case.plant == 1 else SecondPlant)(), case, seed).work()
-            answer = None
-            while True:
-                try:
-                    values, wanted = its.send(answer)
-                except StopIteration as end:
-                    counts.append(end.value)
-                    break
-                for name, value in values.items():
-                    if last.get(name) != value:
-                        host.set(name, value)
-                        last[name] = value
-                if values:
-                    host.run(PERIOD)
-                answer = host.get(list(wanted)) if wanted else ()
-            if not progress(done + 1):
-                break
-    return counts
+    return lathe_hall.results((Stranger((SimPlant if case.plant == 1 else SecondPlant)(), case, seed).work() for seed in seeds), progress)
 
 
 def cases():
@@ -369,5 +338,3 @@ def upper(wrong, claims):
 
 def total(counts):
     return {name: sum(each[name] for each in counts) for name in counts[0]}
-
-

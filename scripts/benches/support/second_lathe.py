@@ -8,19 +8,17 @@ cut to cut and breaks off. The work is oval. A burr stands on some of the lands.
 
 import dataclasses
 import math
-import os
 import random
 
 import numpy as np
 
+from support import lathe_hall
 from support.lathe_machine import METHODS, UM, WORKS
-from support.recordings import read_columns, write_rows
 
-CONFIG = ("loadrt threads name1=servo-thread period1=1000000", "loadrt centre_height names=centre keyed_cuts=16 interlock=no", "addf centre.update servo-thread", "start")
 RESULTS = ["value-valid", "move-allowed", "x-allowed", "on-centre", "fault", "detail-code", "status-code", "height", "sigma", "within", "x-correction", "x-sigma", "rejected-cuts"]
 BURRS = 0.08  # of the cuts
 FURTHER = 1.5  # mm, from land to land
-PERIOD = 0.001  # s
+MOST_CHECKS = 3  # a check, and two more if it does not fit
 SLIPS = {
     "air": "the tool stands 0.9 mm too far out and meets no stock",
     "standing": "the spindle stands",
@@ -106,18 +104,6 @@ class SecondLathe:
         return diameter
 
 
-def checked(work, method):
-    """The plan, and behind it the check that it needs: deeper into the last land."""
-    plan = plan_of(work, method)
-    x, y, _, depth = plan[-1]
-    deeper = min(0.1, 0.3 * x)
-    if METHODS[method].plan == 1:
-        radius = math.hypot(x, work.step) - deeper
-        y = 2 * work.step if 2 * work.step <= 0.6 * radius else work.step / 2
-        return [*plan, (math.sqrt(radius**2 - y**2), y, True, depth)]
-    return plan if METHODS[method].plan == 3 else [*plan, (x - deeper, y, True, depth)]
-
-
 def plan_of(work, method):
     """X and Y of each cut, whether it is on the land of the one before, and the depth of its passes; 0 is one pass."""
     x, step = work.diameter / 2, work.step
@@ -133,61 +119,22 @@ def plan_of(work, method):
     return [(x, step if k % 4 in (0, 3) else -step, False, 0) for k in range(2 * its.pairs)]
 
 
-class Operator:
-    """Enters diameters into centre_height, in a host."""
-
-    def __init__(self, host):
-        self.host = host
-        for line in CONFIG:
-            host.command(line)
-
-    def set(self, values):
-        for name, value in values.items():
-            self.host.set("centre." + name, value)
-
-    def set_up(self, case):
-        work, its = WORKS[case.diameter], METHODS[case.method]
-        self.set(
-            {
-                "keyed": True,
-                "method": its.plan,
-                "air-cut-check": its.plan in (0, 2),
-                "gauge-sigma": 0.0005,
-                "land-step": work.step,
-                "land-diameter": work.diameter,
-                "x-is-radius": True,
-                "enable": True,
-                "pass-depth": 0 if its.plan == 1 else work.pass_depth,
-                "tolerance": work.tolerance,
-                "largest-burr": 0.04 if case.burrs else 0,
-                "max-sigma": 0.05,
-                "max-move": 1.1 * work.highest,
-                "max-x-correction": 0.5,
-            }
-        )
-        return checked(work, case.method)
-
-    def enter(self, procedures, stock):
-        """The RESULTS of procedures, arrays. Each has the sign by word, and X, Y and diameter of each cut."""
-        from plumb_folder import TemporaryFolder
-
-        cuts = len(procedures[0][1])
-        self.set({"cuts": cuts, "stock-diameter": stock})
-        pins = ["sign"] + ["cut-%s-%d" % (what, i) for i in range(cuts) for what in ("x", "y", "diameter")]
-        with TemporaryFolder() as folder:
-            entries, results = (os.path.join(folder, name) for name in ("entries.csv", "results.csv"))
-            header = ["time"] + ["centre." + pin for pin in pins + ["compute"]]
-            write_rows(entries, header, self._rows(procedures))
-            recording = self.host.record(results, ["centre." + name for name in RESULTS], PERIOD)
-            self.host.run(self.host.replay(entries))
-            self.host.stop_recording(recording)
-            columns = read_columns(results)
-        return {name: columns["centre." + name][1::2] for name in RESULTS}  # those of the periods in which it computed
-
-    def _rows(self, procedures):
-        for i, (sign, cuts) in enumerate(procedures):
-            for compute in (1, 0):
-                yield [PERIOD * (2 * i + 2 - compute), sign, *(value for cut in cuts for value in cut), compute]
+def settings(case):
+    work, its = WORKS[case.diameter], METHODS[case.method]
+    return lathe_hall.settings(
+        {
+            "air-cut-check": its.plan in (0, 2),
+            "gauge-sigma": 0.0005,
+            "land-step": work.step,
+            "land-diameter": work.diameter,
+            "pass-depth": 0 if its.plan == 1 else work.pass_depth,
+            "tolerance": work.tolerance,
+            "largest-burr": 0.04 if case.burrs else 0,
+            "max-sigma": 0.05,
+            "max-move": 1.1 * work.highest,
+            "stock-diameter": work.stock - 0.002,
+        }
+    )
 
 
 @dataclasses.dataclass
@@ -212,54 +159,68 @@ def slipped(slip, diameters):
     return its
 
 
-def procedure_on(lathe, work, plan, case):
-    """The entries of one procedure and the truth of Y and X: cuts, height, error of X, and whether all cuts met the stock."""
-    radius, heights, errors, entries, met, land = work.stock / 2, [], [], [], True, 0
-    before = lowest = radius
+class Cuts:
+    """What an operator cuts on a lathe: the truth of Y and X, and whether all cuts met the stock."""
+
+    def __init__(self, lathe, work, case):
+        self.lathe, self._work, self._case = lathe, work, case
+        self.heights, self.errors, self.met = [], [], True
+        self._before, self._land, self._number = work.stock / 2, 0, 0
+
+    def cut(self, x, y, same_land, depth):
+        """The measured diameter."""
+        if not same_land:
+            self._before, self._land = self._work.stock / 2, self._land + 1
+            if self._case.slip == "depth" and self._number in (1, 2):
+                self._before -= 0.3
+        if self._case.slip == "tool" and self._number == 2:
+            self.lathe.height, self.lathe.x_error = -self.lathe.height, self.lathe.x_error + 0.03
+        self._number += 1
+        result = self.lathe.cut(x, y, 25 - FURTHER * self._land, self._before, depth)
+        if result is None:
+            self.met = False
+        else:
+            self._before = result[0]
+            self.heights.append(result[1])
+            self.errors.append(result[2])
+        return self.measured(self._case.burrs)
+
+    def measured(self, burrs=False):
+        return self.lathe.measured(self._before, burrs)
+
+
+def procedure_on(lathe, work, case):
+    """An operator of the hall, who cuts the plan of his method, and then what centre_height asks for. Returns the truth of Y and X of the plan,
+    whether all cuts met the stock, and the RESULTS."""
+    plan = plan_of(work, case.method)
     lathe.x_error += 0.9 if case.slip == "air" else 0
     lathe.spindle_turns = case.slip != "standing"
-    for i, (x, y, same_land, depth) in enumerate(plan):
-        if METHODS[case.method].plan == 1 and same_land:  # the check: where centre_height asks for it, by the height that it has found
-            x = math.sqrt(max((lowest - 0.1) ** 2 - (y + lathe.height) ** 2, 0)) - lathe.x_error
-        if not same_land:
-            before, land = radius, land + 1
-            if case.slip == "depth" and i in (1, 2):
-                before -= 0.3
-        if case.slip == "tool" and i == 2:
-            lathe.height, lathe.x_error = -lathe.height, lathe.x_error + 0.03
-        result = lathe.cut(x, y, 25 - FURTHER * land, before, depth)
-        if result is None:
-            met = False
-        else:
-            before = result[0]
-            lowest = min(lowest, before)
-            if i < len(plan_of(work, case.method)):
-                heights.append(result[1])
-                errors.append(result[2])
-        entries.append((x, y, lathe.measured(before, case.burrs)))
-    diameters = slipped(case.slip, [entry[2] for entry in entries])
-    entries = [(x, y, diameter) for (x, y, _), diameter in zip(entries, diameters)]
-    return entries, np.mean(heights or [np.nan]), np.mean(errors or [np.nan]), met
+    sign = 0 if METHODS[case.method].plan else 1 if lathe.height > 0 else -1
+    cuts = Cuts(lathe, work, case)
+    diameters = slipped(case.slip, [cuts.cut(*each) for each in plan])
+    truth = [UM * np.mean(its or [np.nan]) for its in (cuts.heights, cuts.errors)]
+    yield settings(case), ()
+    yield from lathe_hall.begin({"program-method": METHODS[case.method].plan + 1, "program-cuts": len(plan), "program-sign": sign, "y-position-0": 0})
+    for (x, y, _, _), diameter in zip(plan, diameters):
+        yield from lathe_hall.end_of_cut(x, y)
+        yield from lathe_hall.enter(diameter)
+    for _ in range(MOST_CHECKS):
+        due, check, x, y = yield from lathe_hall.get("cut-due", "check-due", "next-x", "next-y")
+        if not due:
+            break
+        diameter = cuts.cut(x, y, check, plan[-1][3])
+        yield from lathe_hall.end_of_cut(x, y)
+        yield from lathe_hall.enter(diameter, cuts.measured())
+    return [*truth, cuts.met, *(yield from lathe_hall.get(*RESULTS))]
 
 
 def simulate_second(case, seeds, progress):
     """The SecondOutcome of all lathes of a case."""
-    import plumb
-
-    procedures, truths = [], []
-    with plumb.Host() as host:
-        operator, work = Operator(host), WORKS[case.diameter]
-        plan = operator.set_up(case)
-        for done, seed in enumerate(seeds):
-            lathe = SecondLathe(work, seed, case.near)
-            entries, height, x_error, met = procedure_on(lathe, work, plan, case)
-            sign = 0 if METHODS[case.method].plan else 1 if lathe.height > 0 else -1
-            procedures.append((sign, entries))
-            truths.append((UM * height, UM * x_error, met))
-            if not progress((done + 1) * 0.002):
-                break
-        values = operator.enter(procedures, work.stock - 0.002)
-    truth, truth_x, met = np.array(truths, float).T
+    work = WORKS[case.diameter]
+    operators = (procedure_on(SecondLathe(work, seed, case.near), work, case) for seed in seeds)
+    rows = lathe_hall.results(operators, lambda done: progress(done * 0.002))
+    truth, truth_x, met, *values = np.array(rows, float).T
+    values = dict(zip(RESULTS, values))
     for name in ("height", "sigma", "within", "x-correction", "x-sigma"):
         values[name] = UM * values[name]
     return SecondOutcome(truth, truth_x, met > 0, values)

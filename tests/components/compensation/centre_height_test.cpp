@@ -202,9 +202,8 @@ TEST_F(CentreHeight, AfterTheMoveEachProgrammedRadiusIsTurned) {
         lathe.angle = angle * degree;
         lathe.tip_x = -2.1;
         place(7, 0);
-        begin(2, two_lands);
-        cut(lathe, 7, 1);
-        cut(lathe, 7, -1);
+        begin(4, two_lands);
+        for (const double y : {1.0, -1.0, -1.0, 1.0}) cut(lathe, 7, y);
         check(lathe);
         ASSERT_EQ(get("move-allowed"), 1);
         const double y = get("y-move"), x_zero = 2 + get("x-correction");
@@ -450,6 +449,7 @@ TEST_F(CentreHeight, CutIsAcknowledgedThoughTheGaugeHasAnswered) {
 
 TEST_F(CentreHeight, AnnouncedDiameterOfLandsShowsSlips) {
     const Lathe lathe;
+    for (const char* sigma : {"gauge-sigma", "cut-repeatability", "drift-sigma", "step-sigma"}) set(sigma, 0);
     for (const auto& [factor, code] :
          std::vector<std::pair<double, int>>{{0.5, 2}, {2, 3}, {1 / 25.4, 4}, {1, 0}}) {
         SCOPED_TRACE(factor);
@@ -461,7 +461,7 @@ TEST_F(CentreHeight, AnnouncedDiameterOfLandsShowsSlips) {
         lands(10);
         EXPECT_EQ(get("detail-code"), code);
         lands(0);
-        EXPECT_EQ(get("fault"), 0) << "nothing to compare with";
+        EXPECT_EQ(get("detail-code"), 0) << "nothing to compare with";
         EXPECT_NEAR(get("height"), 0.035 * factor * factor, 1e-9);
     }
 }
@@ -523,8 +523,8 @@ TEST_F(CentreHeight, WithoutYXTurnsTheProgrammedDiameterAndAShimRaisesTheTool) {
     lathe.tip_x += correction;
     EXPECT_NEAR(lathe.radius(5, 0), 5, 1e-9);
 
-    set("tolerance", 0.005);
-    const double shim = 1;  // below the tool for the second land: its position of Y
+    set("tolerance", 0.004);  // a pair knows X to no less with 99 %
+    const double shim = 1;    // below the tool for the second land: its position of Y
     begin(2, two_lands);
     cut(lathe, 5, 0);
     cut(lathe, 5, shim);
@@ -751,7 +751,7 @@ TEST_F(CentreHeight, HeightThatAnUnseenBurrCouldHaveMadeMovesNothing) {
     expect_held(41);
     EXPECT_EQ(get("status-code"), 45) << "cut again";
     EXPECT_EQ(get("x-allowed"), 0);
-    EXPECT_EQ(get("cuts-needed"), 4);
+    EXPECT_EQ(get("cuts-needed"), 8);
     lands({0, 0}, 4, 0.04);
     expect_held(45);
     cut({0, 0}, 5, 1);
@@ -913,7 +913,7 @@ TEST_F(CentreHeight, AbortAtAnyStepIsResumedOrBegunAgain) {
                     EXPECT_EQ(get("status-code"), 48) << "nothing goes on by itself";
                     if (resume) {
                         pulse("resume");
-                        EXPECT_EQ(get("status-code"), before);
+                        EXPECT_EQ(get("status-code"), before == 52 ? 42 : before) << "a slip is told once";
                     }
                     return begun_again = !resume;
                 };
@@ -1067,12 +1067,12 @@ protected:
     }
 };
 
-TEST_F(CloseToCentre, OnCentreIsKnownByNineteenInTwenty) {
+TEST_F(CloseToCentre, OnCentreIsKnownByNinetyNineInAHundred) {
     cut_lands({0, 0.001});
-    ASSERT_LE(0.001 + 1.645 * get("sigma"), 0.005);
+    ASSERT_LE(0.001 + 2.33 * get("sigma"), 0.005);
     expect_verdict(on_centre);
     EXPECT_EQ(get("cuts-needed"), 0);
-    set("tolerance", 0.001 + 1.6 * get("sigma"));
+    set("tolerance", 0.001 + 2.3 * get("sigma"));
     pulse("compute");
     expect_verdict(unsure);
     expect_held(41);
@@ -1085,7 +1085,7 @@ TEST_F(CloseToCentre, OnCentreIsKnownByNineteenInTwenty) {
 
 // As many cuts as it asks for do answer.
 TEST_F(CloseToCentre, CutsThatItAsksForMakeTheHeightKnown) {
-    set("cut-repeatability", 0.0018);
+    set("cut-repeatability", 0.0012);
     cut_lands({0, 0.0005});
     expect_verdict(unsure);
     EXPECT_EQ(get("detail-code"), 41);
@@ -1447,6 +1447,26 @@ TEST_F(CloseToCentre, ABarThatIsNotRoundMovesNothingNearTheCentre) {
     EXPECT_EQ(get("status-code"), 53) << "a height that no lobe makes";
     lands(0.02, 0.0005, true);
     EXPECT_EQ(get("status-code"), 53) << "a round bar";
+    EXPECT_EQ(get("reads-twice"), 0);
+    place(get("next-x"), get("next-y"));
+    pulse("cut-done");
+    EXPECT_EQ(get("reads-twice"), 1);
+    const double diameter = 2 * Lathe{0, 0.02}.radius(get("x-position-0"), get("y-position-0"));
+    set("entered-diameter", diameter);
+    pulse("entered");
+    EXPECT_EQ(get("detail-code"), 25);
+    EXPECT_EQ(get("status-code"), 52) << "a check by hand is read at two angles";
+    set("second-diameter", diameter + 0.0005);
+    pulse("entered");
+    EXPECT_EQ(get("cut-number"), 5);
+    EXPECT_EQ(get("fault"), 0);
+    // What an entry has left does not count for the gauge.
+    place(10, 0);
+    begin(2, two_lands);
+    set("second-diameter", 8);
+    cut({0, 0.02}, 5, get("next-y"));
+    EXPECT_EQ(get("fault"), 0);
+    EXPECT_NEAR(get("next-diameter"), 2 * std::hypot(5, 1), 1e-6);
 }
 
 // X grows by 1.5 um from land to land, on a bar of 1 mm.

@@ -125,32 +125,36 @@ TEST(CutFit, LandsInAbbaOrderCancelWearAndShowIt) {
 }
 
 struct Scatter {
-    double of_y, of_x, large;
+    double of_y, of_x, large, spread;
+    double reported;  // errors of y in the sigmas that the residuals have raised
 };
 
-// Errors in sigmas, of machines drawn around a pattern of cuts.
-Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int count) {
+// Errors in sigmas of the settings, of machines drawn around a pattern of cuts that scatter `more` than
+// these.
+Scatter scatter(const std::vector<Cut>& pattern, const CutSigmas& sigmas, int count, double more = 1) {
     Random random(5);
-    double of_y = 0, of_x = 0, large = 0;
+    double of_y = 0, of_x = 0, large = 0, spread = 0, reported = 0;
     for (int i = 0; i < count; ++i) {
         const Tip tip{5, random.uniform(-0.3, 0.3)};
         std::vector<Cut> cuts;
         for (const Cut& each : pattern) {
             Cut cut = tip.at(each.x + sigmas.travel / std::sqrt(2.0) * random.gaussian(),
                              each.y + sigmas.step / std::sqrt(2.0) * random.gaussian());
-            cut.radius += sigmas.radius() * random.gaussian();
+            cut.radius += more * sigmas.radius() * random.gaussian();
             cut.x = each.x;
             cut.y = each.y;
             cuts.push_back(cut);
         }
         const CutFit found = fit(cuts, sigmas);
-        const double ey = (found.y - pattern[0].y - tip.y) / found.sigma_y;
-        const double ex = (found.x - pattern[0].x - tip.x) / found.sigma_x;
+        const double ey = (found.y - pattern[0].y - tip.y) / found.sigma_y * found.spread;
+        const double ex = (found.x - pattern[0].x - tip.x) / found.sigma_x * found.spread;
+        spread += found.spread / count;
+        reported += ey * ey / (found.spread * found.spread) / count;
         of_y += ey * ey / count;
         of_x += ex * ex / count;
         large += found.excess > 3 ? 1.0 / count : 0;
     }
-    return {std::sqrt(of_y), std::sqrt(of_x), large};
+    return {std::sqrt(of_y), std::sqrt(of_x), large, spread, std::sqrt(reported)};
 }
 
 TEST(CutFit, ScatterIsItsSigma) {
@@ -166,7 +170,21 @@ TEST(CutFit, ScatterIsItsSigma) {
         EXPECT_NEAR(found.of_y, 1, 0.06) << pattern.size();
         EXPECT_NEAR(found.of_x, 1, 0.06) << pattern.size();
         EXPECT_LT(found.large, 0.01) << pattern.size();
+        EXPECT_LT(found.spread, 1.1) << pattern.size();
     }
+}
+
+// Chatter, four times what the settings allow.
+TEST(CutFit, CutsThatScatterByMoreThanTheirSigmasRaiseThem) {
+    const CutSigmas lands{2 * um, 1.2 * um, 0, 0};
+    const std::vector<Cut> abba{{0, 1, 0}, {0, -1, 0}, {0, -1, 0}, {0, 1, 0}};
+    std::vector<Cut> twelve;
+    for (int pairs = 0; pairs < 3; ++pairs) twelve.insert(twelve.end(), abba.begin(), abba.end());
+    const int count = rounds(4000, 800);
+    const Scatter four = scatter(abba, lands, count, 4), many = scatter(twelve, lands, count, 4);
+    EXPECT_NEAR(four.of_y, 4, 0.4);
+    EXPECT_LT(four.reported, 0.65 * four.of_y);
+    EXPECT_LT(many.reported, 0.4 * many.of_y);
 }
 
 // Wear, growth and lift, drawn anew for each procedure.

@@ -9,8 +9,8 @@
 namespace plumb {
 namespace {
 
-// A tool outside the tolerance is said to be within it in at most one of 20 measurements.
-TEST(KnownError, IsWithinByNineteenInTwenty) {
+// A tool outside the tolerance is said to be within it in at most one of 100 measurements.
+TEST(KnownError, IsWithinByNinetyNineInAHundred) {
     std::mt19937 random(1);
     std::normal_distribution<double> noise(0, 1);
     constexpr double tolerance = 5;
@@ -18,19 +18,19 @@ TEST(KnownError, IsWithinByNineteenInTwenty) {
     int said = 0;
     for (int i = 0; i < count; ++i)
         said += KnownError{std::abs(tolerance + noise(random)), 1}.within(tolerance);
-    EXPECT_LT(said, 0.055 * count);
-    EXPECT_GT(said, 0.045 * count);
+    EXPECT_LT(said, 0.012 * count);
+    EXPECT_GT(said, 0.008 * count);
 }
 
 TEST(KnownError, ASigmaBeyondTheToleranceIsNeverWithin) {
-    EXPECT_TRUE((KnownError{0, 3}.within(5)));
-    EXPECT_FALSE((KnownError{0, 3.1}.within(5)));
+    EXPECT_TRUE((KnownError{0, 2.1}.within(5)));
+    EXPECT_FALSE((KnownError{0, 2.2}.within(5)));
     EXPECT_FALSE((KnownError{0, std::nan("")}.within(5)));
 }
 
-TEST(KnownError, IsSignificantFromFourSigmasOn) {
-    EXPECT_TRUE((KnownError{4, 1}.significant()));
-    EXPECT_FALSE((KnownError{3.99, 1}.significant()));
+TEST(KnownError, IsSignificantFromSixSigmasOn) {
+    EXPECT_TRUE((KnownError{6, 1}.significant()));
+    EXPECT_FALSE((KnownError{5.99, 1}.significant()));
     EXPECT_FALSE((KnownError{0, 0}.significant()));
 }
 
