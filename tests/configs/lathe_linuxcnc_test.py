@@ -102,13 +102,13 @@ class Shift(unittest.TestCase):
         self.assertTrue(moves.any())
         self.assertGreater(x[1:][moves].min(), -100 + 5.3)
 
-    def test_by_hand_the_machine_moves_for_about_a_minute_as_the_readme_says(self):
+    def test_by_hand_the_machine_moves_for_as_long_as_the_readme_says(self):
         rows = self.rows["by_readme"]
         time, *places = (self.shift[name][rows] for name in ("time", *("joint.%d.pos-cmd" % joint for joint in range(3))))
         moving = sum(abs(place[1:] - place[:-1]) for place in places) > linuxcnc_runs.STILL
         with open(os.path.join(ROOT, "configs", "lathe", "README.md")) as file:
-            self.assertIn("The machine needs about a minute", file.read())
-        self.assertAlmostEqual(float((time[1:] - time[:-1])[moving].sum()), 60, delta=30)
+            said = int(re.search(r"The machine moves for (\d+) s", file.read())[1])
+        self.assertAlmostEqual(float((time[1:] - time[:-1])[moving].sum()), said, delta=0.25 * said)
 
     def test_restart_in_the_middle_begins_again_and_keeps_the_table(self):
         self.assertEqual(self.after_restart["state"], [0, False, False])

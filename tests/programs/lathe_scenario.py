@@ -199,8 +199,8 @@ class Shift(Scenario):
         for height in (0.001, 0.012):
             before = self.table()
             self.machine.mdi("G0 X12 Y0")
-            self.machine.mdi("M450 P1 Q2 D10")
-            for step in (1, -1):
+            self.machine.mdi("M450 P1 Q4 D10")
+            for step in (1, -1, -1, 1):
                 self.machine.mdi("G0 X5 Y%g" % step)
                 self.machine.mdi("M451")
                 self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step + height)))
@@ -223,8 +223,8 @@ class Shift(Scenario):
         # Not checked for air.
         self.host.set("centre.stock-diameter", 0)
         self.machine.mdi("G0 X12 Y0")
-        self.machine.mdi("M450 P1 Q2 D10")
-        for step in (1, -1):
+        self.machine.mdi("M450 P1 Q4 D10")
+        for step in (1, -1, -1, 1):
             self.machine.mdi("G0 X5 Y%g" % step)
             self.machine.mdi("M451")
             self.machine.mdi("M452 P%.8f" % (2 * math.hypot(5, step)))
