@@ -604,7 +604,9 @@ TEST(PlumbSquareness, ReadsProbedPoints) {
                 HasSubstr("plumb squareness: " + wrong + ": line 10: the points do not lie on such"));
     const std::string bad = folder.write("bad.csv", "X,Y\n1,2,5\n");
     EXPECT_EQ(squareness({"--points", "file=" + bad + of_file}).errors,
-              "plumb squareness: " + bad + ": line 2: 3 values, but the header has 2\n");
+              "plumb squareness: " + bad +
+                  ": line 2: 3 values, but line 1 has 2 heads; is the comma a decimal mark? Then separate by "
+                  "semicolons\n");
 }
 
 TEST(PlumbSquareness, RefusalNamesOptionTextAndReason) {
