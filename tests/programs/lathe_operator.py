@@ -181,7 +181,7 @@ class Operator:
                     finger.press("Clear")
                 finger.type("15")
                 finger.press("Enter")
-                seen["refused"] = finger.await_text("\"15\" is no diameter")
+                seen["refused"] = finger.await_text("\"15\" was not entered")
                 seen["state"] = self.host.get("centre.status-code")
                 finger.press("Back")
             wrong = -0.1 if land == 1 and lands == 2 else 0  # 10.172 for 10.272

@@ -316,7 +316,7 @@ class BeginPage(EntryPage):
         self.panel.open(following)
 
     def _refuse(self, error):
-        self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
+        self.panel.say(_("\"{text}\" was not entered: {why}").format(text=self._keypad.text, why=error), "bad")
 
     def _begin(self):
         refusal = self.panel.access.refusal("operator") or self.page.off(self.panel.guard.values())
@@ -383,7 +383,7 @@ class DiameterPage(EntryPage):
                 return
             self.page.enter(self._first or self._keypad.text, self._corrects, self._keypad.text if self._first else "")
         except ValueError as error:
-            self.panel.say(_("\"{text}\" is no diameter: {why}").format(text=self._keypad.text, why=error), "bad")
+            self.panel.say(_("\"{text}\" was not entered: {why}").format(text=self._keypad.text, why=error), "bad")
             return
         self.panel.open(self.page)
         if words:

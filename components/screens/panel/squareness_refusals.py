@@ -38,6 +38,7 @@ def _known():
         (r"diagonals of (?P<number_a>\S+) and (?P<number_b>\S+) mm are not those of a rectangle",
          _("Diagonals of {number_a} and {number_b} mm are not those of a rectangle. Measure again.")),
         (r"(?P<file>[^/]*): No such file or directory", _("{file}: there is no such file.")),
+        (r"(?P<file>[^/]*): there are no rows in it", _("{file}: there are no rows in it.")),
         (r"(?P<file>[^/]*): line (?P<line>\d+): '(?P<text>[^']*)' is no column",
          _("{file}, line {line}: \"{text}\" is no column of probed points.")),
     )

@@ -332,7 +332,8 @@ class Refusals(unittest.TestCase):
                 (self.diagonals("0", "100"), "A diagonal must be longer than 0."),
                 (self.diagonals("100", "200"), "Diagonals of 100 and 200 mm are not those of a rectangle. Measure again."),
                 (self.points("none.csv", ""), "none.csv: there is no such file."),
-                (self.points("odd.csv", "a,b\n"), "odd.csv, line 1: \"a\" is no column of probed points.")):
+                (self.points("heads.csv", "X,Y\n"), "heads.csv: there are no rows in it."),
+                (self.points("odd.csv", "a,b\n1,2\n"), "odd.csv, line 1: \"a\" is no column of probed points.")):
             with self.subTest(words), self.assertRaises(squareness_program.Refused) as refused:
                 squareness_program.run({"chain": "w-X-Y.b-Z-C-t", **given}, PROGRAM)
             text = str(refused.exception)

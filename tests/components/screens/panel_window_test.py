@@ -736,7 +736,8 @@ class Window(unittest.TestCase):
         self.assertEqual([text for text in asked if "diameter" in text and "radius" not in text], [])
         finger.press("Enter the radius")
         finger.type("10")
-        finger.await_text("That is the diameter: enter the radius.")
+        finger.press("Enter")
+        finger.await_text("\"10\" was not entered: That is the diameter: enter the radius.")
         finger.press("Clear")
         finger.type("5.1")
         self.host.command("setp centre.abort 1")  # by an emergency stop
