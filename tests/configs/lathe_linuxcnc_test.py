@@ -72,7 +72,7 @@ class Shift(unittest.TestCase):
 
     def test_store_that_no_land_shows_is_taken_back_with_the_tool_clear(self):
         texts, (before, after), (x, y, joint) = self.facts["not shown"]
-        self.assertIn("does not show what was stored", "\n".join(texts))
+        self.assertIn("does not have the programmed diameter", "\n".join(texts))
         self.assertEqual(before, after)
         self.assertEqual([x, y], [-100, 0])
         self.assertGreater(joint, -100 + 5.3)

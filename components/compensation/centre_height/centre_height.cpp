@@ -165,7 +165,7 @@ struct HeightOutputs final : hal::Group {
     hal::Out<bool> reads_twice{
         this, "reads-twice",
         "The cut that waits is entered by hand with two readings, a quarter turn apart."};
-    hal::Out<bool> shown{this, "shown", "A land has shown what was stored."};
+    hal::Out<bool> shown{this, "shown", "The land after the store has the programmed diameter."};
     hal::Out<std::int32_t> suspect_cut{
         this, "suspect-cut", "Number of the cut that contradicts the others, or the stock; 0: none."};
     hal::Out<std::int32_t> cuts_needed{this, "cuts-needed", "Number of cuts that detail-code asks for."};

@@ -76,17 +76,17 @@ constexpr const char* sentence(Detail detail) {
         case D::past_centre:
             return "The tool has passed the axis of the work; the radius is the height itself. Travel less.";
         case D::air_cut:
-            return "The diameter of cut {suspect-cut} is that of the stock or of the land before. Read it "
-                   "again: "
-                   "a turn of a micrometer is 0.5 mm. If it reads the same, the tool removed nothing: cut "
-                   "deeper.";
+            return "The diameter of cut {suspect-cut} equals the diameter of the stock or of the land "
+                   "before. "
+                   "Read it again: a turn of a micrometer is 0.5 mm. If it reads the same, the tool removed "
+                   "nothing: cut deeper.";
         case D::clearance: return "The tool rubs at this height: its clearance angle is too small.";
         case D::no_step: return "The method needs cuts at two positions of Y.";
         case D::no_solution: return "The cuts do not determine the height: move X and Y independently.";
         case D::implausible:
             return "The diameter of cut {suspect-cut} does not follow from X of the tool. Read it again: a "
-                   "turn "
-                   "of a micrometer is 0.5 mm. If it reads the same, the tool did not cut, or its X or Y is "
+                   "turn of a micrometer is 0.5 mm. If it reads the same, the tool did not cut, or its X or "
+                   "Y is "
                    "wrong by more than max-x-correction or max-move.";
         case D::no_load:
             return "The load of the spindle has shown no cut. Start the spindle, and cut deeper.";
@@ -94,13 +94,12 @@ constexpr const char* sentence(Detail detail) {
             return "The last diameter does not fit. Check the insert; index it if it is chipped, then begin "
                    "again.";
         case D::not_shown:
-            return "The land does not show what was stored, so the tool table gets its former values back. "
-                   "Check the insert, the tool and the reading, then begin again.";
+            return "The land does not have the programmed diameter. The tool table has its former values "
+                   "again. Check the insert, the tool and the reading, then begin again.";
         case D::nothing_stored: return "Nothing was stored that a land could show.";
         case D::second_angle:
             return "Measure this cut a quarter turn further, too, and enter both diameters: a bar that is "
-                   "not round shows "
-                   "so.";
+                   "not round shows so.";
         case D::value_only:
             return "The function is not permitted: move Y by {y-move} by hand, or switch it on.";
         case D::sign: return "Two cuts do not show the sign. Cut with a step of Y, or set sign to 1 or -1.";
@@ -143,7 +142,7 @@ enum class State : std::int32_t { idle, cut, measure, known, refused, aborted };
 // The answer for Y and X of the tool.
 enum class Verdict : std::int32_t { none, on_centre, both, y, x, unsure, unchecked, held, check, shown };
 
-// `given` is a height that was worked out elsewhere; `show` is the land that shows what was stored.
+// given: a height from another instrument. show: the land that tests the stored values.
 enum class Method : std::int32_t { two_cuts, two_lands, y_step, any_cuts, given, show };
 
 enum class HeightStatus : std::int32_t {

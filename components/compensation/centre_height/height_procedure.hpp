@@ -454,7 +454,7 @@ struct HeightVerdict {
     }
 };
 
-// What a program has stored: its uncertainty, and what it has left to the tool. Lengths in mu.
+// The values that a program has stored: their uncertainty, and the error that remains. Lengths in mu.
 struct StoredHeight {
     double sigma = 0, sigma_x = 0;  // of Y and X of the tip
     double height = 0, x = 0;  // of the tip that remain above the target and beyond the programmed radius
@@ -796,7 +796,7 @@ private:
         state_ = State::known;
     }
 
-    // A land that must show what was stored.
+    // The land that tests the stored values.
     void show(const Settings& now) noexcept {
         const Cut& cut = cuts_[0];
         const SkewedAxes axes(now.angle);
