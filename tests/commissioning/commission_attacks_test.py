@@ -67,6 +67,14 @@ class Judging(unittest.TestCase):
         again[2600:] = 0.01
         self.assertIn("x-stage, which has not passed, moved by 0.0100 without a press", found(made, output=again))
 
+    def test_a_beat_of_the_press_before_begins_no_press(self):
+        made = recording()
+        late = BEGIN + 200  # 0.6 s after the last beat of the press before
+        beats = np.r_[BEGIN - 400, np.arange(late, END - 500 + 1, 100)]
+        made["interlock.trial-beat"][:] = np.searchsorted(beats, np.arange(ROWS), "right") % 2
+        presses = attacks.judge({**made, "x-stage.drive-command": made["output"]}, "squareness", 1)[1]
+        self.assertEqual([(press.begin, press.end) for press in presses], [(late, END)])
+
     def test_a_function_that_is_enabled_without_a_press_is_found(self):
         made = recording(stage=-1, function=1)
         made["interlock.function-enable-1"][BEGIN:END] = 1

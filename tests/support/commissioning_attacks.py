@@ -86,14 +86,15 @@ def _presses(machine, recording, speed):
     """From the pins that a session writes: it has chosen a stage or a function, and beats."""
     beat, stage, function = (recording["interlock.trial-" + short] for short in ("beat", "stage", "function"))
     rests = (recording["motion.motion-enabled"] == 0) | ((recording["spindle.0.speed-out"] != 0) & (recording["interlock.trial-measures"] == 0))
-    rows, changes = np.arange(len(beat)), np.r_[True, np.diff(beat) != 0]
-    heard = (rows - np.maximum.accumulate(np.where(changes, rows, 0))) * PERIOD < PAUSE * speed
-    presses, begun, over, begin = [], False, False, None
-    for row in rows:
+    changes = np.r_[False, np.diff(beat) != 0]
+    presses, begun, over, begin, last = [], False, False, None, None
+    for row in range(len(beat)):
         chosen = stage[row] >= 0 or function[row] >= 0
-        begun = chosen and (begun or heard[row])
-        over = chosen and (over or (begun and (not heard[row] or rests[row])))
-        is_pressed = chosen and heard[row] and not over
+        last = None if not chosen else row if changes[row] else last  # a beat of the press before begins no trial
+        heard = last is not None and (row - last) * PERIOD < PAUSE * speed
+        begun = chosen and (begun or heard)
+        over = chosen and (over or (begun and (not heard or rests[row])))
+        is_pressed = chosen and heard and not over
         if is_pressed and begin is None:
             begin = row
         elif not is_pressed and begin is not None:
