@@ -24,6 +24,7 @@ from panel import declared, hal_access, texts, voice  # noqa: E402
 
 PAUSE = 0.02  # s between two looks
 TOOLS_PAUSE = 0.5  # s; the table is long
+NEWS_PAUSE = 0.1  # s between two looks for news of the instances
 NAMES_PAUSE = 1  # s between two looks for instances
 ZERO_TIME = 0.5  # s for which zero-set is true
 PANEL_PATIENCE = 3  # s for which a beat of the panel counts
@@ -175,10 +176,14 @@ class Operator:
     def __init__(self, component, known):
         self._voice, self._hal, self._panel = voice.Voice(known), hal_access.Hal(component), PanelBeats(component)
         self._names, self._names_due, self._strange = None, 0, []
+        self._news_due = 0
 
     def look(self, show):
         """show(kind, text) raises linuxcnc.error if LinuxCNC does not take it; it comes again then."""
         now = time.monotonic()
+        if now < self._news_due:
+            return
+        self._news_due = now + NEWS_PAUSE
         if now >= self._names_due:
             self._names_due = now + NAMES_PAUSE
             self._meet()

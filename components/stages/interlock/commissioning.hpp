@@ -32,8 +32,10 @@ public:
     WiringIdentity(const hal::WiringList& list, const hal::ThreadList& threads, std::string interlock,
                    const std::string& unit)
         : list_(list), threads_(threads), interlock_(std::move(interlock)), unit_("unit " + unit) {
-        for (const hal::WiredPin& pin : list.pins)
+        for (const hal::WiredPin& pin : list.pins) {
+            instances_[instance_of(pin.name)].push_back(&pin);
             if (!pin.signal.empty()) signals_[pin.signal].push_back(&pin);
+        }
     }
 
     // 0 where the pin of interlock has no stage or function.
@@ -47,16 +49,15 @@ public:
         const std::string name = reader_of("function-permit-" + std::to_string(number));
         if (name.empty()) return 0;
         Lines lines{unit_, name + " " + options_of(name)};
-        for (const hal::WiredPin& pin : list_.pins) {
-            const std::string setting = setting_of(pin, name);
-            if (setting.empty()) continue;
-            if (pin.signal.empty()) {
-                if (!pin.writes && asked(name, "plumb_turns", setting, false))
-                    lines.insert(setting + " " + sign_of(pin.value));
-            } else if (!pin.writes) {
-                add_writer(lines, setting, pin.signal);
-            } else if (pin.is_real) {
-                for (const hal::WiredPin* reader : signals_.at(pin.signal))
+        for (const hal::WiredPin* pin : pins_of(name)) {
+            const std::string setting = setting_of(*pin);
+            if (pin->signal.empty()) {
+                if (!pin->writes && asked(name, "plumb_turns", setting, false))
+                    lines.insert(setting + " " + sign_of(pin->value));
+            } else if (!pin->writes) {
+                add_writer(lines, setting, pin->signal);
+            } else if (pin->is_real) {
+                for (const hal::WiredPin* reader : signals_.at(pin->signal))
                     if (is_source(reader->name)) lines.insert(setting + " > " + instance_of(reader->name));
             }
         }
@@ -69,11 +70,11 @@ public:
         const std::string stage = writer_of("stage-state-" + std::to_string(number));
         const std::string its = reader_of("function-permit-" + std::to_string(function));
         if (stage.empty() || its.empty()) return -1;
-        for (const hal::WiredPin& pin : list_.pins) {
-            if (pin.signal.empty() || instance_of(pin.name) != stage || !is_source(pin.name)) continue;
-            for (const hal::WiredPin* other : signals_.at(pin.signal))
+        for (const hal::WiredPin* pin : pins_of(stage)) {
+            if (pin->signal.empty() || !is_source(pin->name)) continue;
+            for (const hal::WiredPin* other : signals_.at(pin->signal))
                 if (other->writes && instance_of(other->name) == its)
-                    return std::stoi(pin.name.substr(pin.name.rfind('-') + 1));
+                    return std::stoi(pin->name.substr(pin->name.rfind('-') + 1));
         }
         return -1;
     }
@@ -93,15 +94,16 @@ public:
         numbers.erase("");
         std::vector<Unseen> found;
         for (const hal::WiredPin& release : list_.pins) {
-            const std::string stage = instance_of(release.name), setting = setting_of(release, stage);
-            if (setting.rfind(release_at_off, 0) != 0 || release.value == 0) continue;
+            if (release.value == 0 || release.name.find(release_at_off) == std::string::npos) continue;
+            const std::string stage = instance_of(release.name), setting = setting_of(release);
+            if (setting.rfind(release_at_off, 0) != 0) continue;
             const std::string source = stage + ".offset-" + setting.substr(release_at_off.size());
             const hal::WiredPin* const stroke = writer_at(source);
             const auto stroker = numbers.find(stroke ? instance_of(stroke->name) : "");
             if (stroker == numbers.end()) continue;
-            for (const hal::WiredPin& pin : list_.pins) {
-                if (!pin.is_real || pin.signal.empty() || instance_of(pin.name) != stage) continue;
-                const auto& ends = signals_.at(pin.signal);
+            for (const hal::WiredPin* pin : pins_of(stage)) {
+                if (!pin->is_real || pin->signal.empty()) continue;
+                const auto& ends = signals_.at(pin->signal);
                 const auto joint = std::find_if(ends.begin(), ends.end(), is_of_joint);
                 for (const hal::WiredPin* end : ends) {
                     const auto reader = numbers.find(instance_of(end->name));
@@ -125,11 +127,22 @@ private:
 
     static bool is_of_joint(const hal::WiredPin* pin) { return pin->name.rfind("joint.", 0) == 0; }
 
+    const std::vector<const hal::WiredPin*>& pins_of(const std::string& instance) const {
+        const auto its = instances_.find(instance);
+        return its == instances_.end() ? none_ : its->second;
+    }
+
+    // The pin of this name, if it has a signal; else null.
+    const hal::WiredPin* wired(const std::string& name) const {
+        for (const hal::WiredPin* pin : pins_of(instance_of(name)))
+            if (pin->name == name) return pin->signal.empty() ? nullptr : pin;
+        return nullptr;
+    }
+
     // The output at the signal of a pin; null without one.
     const hal::WiredPin* writer_at(const std::string& pin) const {
-        const auto own = std::find_if(list_.pins.begin(), list_.pins.end(),
-                                      [&](const hal::WiredPin& one) { return one.name == pin; });
-        if (own == list_.pins.end() || own->signal.empty()) return nullptr;
+        const hal::WiredPin* const own = wired(pin);
+        if (!own) return nullptr;
         const auto& ends = signals_.at(own->signal);
         const auto its = std::find_if(ends.begin(), ends.end(), [](auto* end) { return end->writes; });
         return its == ends.end() ? nullptr : *its;
@@ -151,9 +164,9 @@ private:
         return asked<const char*>(instance, "plumb_given", instance, "");
     }
 
-    // The name of the pin in the instance; "" for a pin of another one.
-    static std::string setting_of(const hal::WiredPin& pin, const std::string& instance) {
-        return instance_of(pin.name) == instance ? pin.name.substr(instance.size() + 1) : "";
+    // The name of the pin in its instance.
+    static std::string setting_of(const hal::WiredPin& pin) {
+        return pin.name.substr(pin.name.rfind('.') + 1);
     }
 
     static bool is_source(const std::string& pin) { return pin.find(".offset-") != std::string::npos; }
@@ -169,9 +182,8 @@ private:
     std::string reader_of(const std::string& pin) const { return other_end(pin, false); }
     std::string other_end(const std::string& pin, bool writes) const {
         const std::string whole = interlock_ + "." + pin;
-        const auto own = std::find_if(list_.pins.begin(), list_.pins.end(),
-                                      [&](const hal::WiredPin& one) { return one.name == whole; });
-        if (own == list_.pins.end() || own->signal.empty()) return "";
+        const hal::WiredPin* const own = wired(whole);
+        if (!own) return "";
         for (const hal::WiredPin* other : signals_.at(own->signal)) {
             const bool is_end = writes ? other->writes : ends_with(other->name, ".permit");
             if (is_end && other->name != whole) return instance_of(other->name);
@@ -191,16 +203,16 @@ private:
 
     Lines stage_lines(const std::string& name) const {
         Lines lines{unit_, name + " " + options_of(name)};
-        for (const hal::WiredPin& pin : list_.pins) {
-            const std::string setting = setting_of(pin, name);
-            if (setting.empty() || pin.signal.empty() || is_source(pin.name)) continue;
-            if (!pin.writes) add_writer(lines, setting, pin.signal);
-            for (const hal::WiredPin* other : signals_.at(pin.signal)) {
+        for (const hal::WiredPin* pin : pins_of(name)) {
+            if (pin->signal.empty() || is_source(pin->name)) continue;
+            const std::string setting = setting_of(*pin);
+            if (!pin->writes) add_writer(lines, setting, pin->signal);
+            for (const hal::WiredPin* other : signals_.at(pin->signal)) {
                 const bool of_motion =
                     other->name.rfind("joint.", 0) == 0 || other->name.rfind("axis.", 0) == 0;
-                if (pin.writes && other != &pin && (pin.is_real || of_motion))
+                if (pin->writes && other != pin && (pin->is_real || of_motion))
                     lines.insert(setting + " > " + other->name);
-                if (pin.is_real && other->name != pin.name) add_scales(lines, instance_of(other->name));
+                if (pin->is_real && other != pin) add_scales(lines, instance_of(other->name));
             }
         }
         return lines;
@@ -209,13 +221,13 @@ private:
     // The scale of a drive has its unit and its sign.
     void add_scales(Lines& lines, const std::string& drive) const {
         const auto add = [&](const std::string& name, double value) {
-            if (instance_of(name) != drive || name.find("scale", drive.size()) == std::string::npos) return;
+            if (name.find("scale", drive.size()) == std::string::npos || instance_of(name) != drive) return;
             char text[40];
             std::snprintf(text, sizeof text, " = %.9g", value);
             lines.insert(name + text);
         };
-        for (const hal::WiredPin& pin : list_.pins)
-            if (!pin.writes && pin.signal.empty()) add(pin.name, pin.value);
+        for (const hal::WiredPin* pin : pins_of(drive))
+            if (!pin->writes && pin->signal.empty()) add(pin->name, pin->value);
         for (const hal::WiredParameter& parameter : list_.parameters) add(parameter.name, parameter.value);
     }
 
@@ -230,7 +242,8 @@ private:
     const hal::WiringList& list_;
     const hal::ThreadList& threads_;
     const std::string interlock_, unit_;
-    std::map<std::string, std::vector<const hal::WiredPin*>> signals_;
+    std::map<std::string, std::vector<const hal::WiredPin*>> signals_, instances_;
+    const std::vector<const hal::WiredPin*> none_{};
 };
 
 // Functions and stages that did not pass plumb commission, or were wired again since, are held. A trial
