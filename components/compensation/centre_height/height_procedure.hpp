@@ -892,13 +892,15 @@ private:
         const double least = squared ? std::sqrt(4 * result_.within * result_.within + 2 * result_.bias_y)
                                      : std::max(KnownError::sure * result_.sigma, 2 * result_.bias_y);
         const double found = squared ? std::abs(result_.height) : std::abs(rise);
-        return hal::first<Detail>({{!result_.signed_, now.without_y ? Detail::sign_by_shim : Detail::sign},
+        const bool may_be_none = !(found >= least), has_other_y = cuts_[cuts_.count - 1].y != cuts_[0].y;
+        return hal::first<Detail>({{!result_.signed_ && has_other_y && may_be_none, Detail::insignificant},
+                                   {!result_.signed_, now.without_y ? Detail::sign_by_shim : Detail::sign},
                                    {misfit_ > 0, Detail::again},
                                    {result_.disagreement > 3, Detail::disagreement},
                                    {!(result_.sigma <= now.max_sigma), Detail::sigma},
                                    {!(std::abs(move_) <= now.max_move), Detail::move},
                                    {now.at_rest, Detail::at_rest},
-                                   {!(found >= least), Detail::insignificant},
+                                   {may_be_none, Detail::insignificant},
                                    {now.without_y, Detail::shim},
                                    {!now.automatic, Detail::value_only}});
     }

@@ -816,6 +816,20 @@ TEST_F(CentreHeight, SignOfTwoCutsByTouchOrByWord) {
     }
 }
 
+// Y of the third cut cannot show a sign that is not there: two lands show more, not one more cut.
+TEST_F(CentreHeight, ThirdCutOfAToolThatMayBeOnCentreAsksForLands) {
+    set("stock-diameter", 1);
+    const Lathe lathe{0, 0.0001};
+    begin(3, two_cuts);
+    cut(lathe, 0.4, 0);
+    cut(lathe, 0.01, 0);
+    cut(lathe, 0.3, 0.2);
+    EXPECT_EQ(get("sign-known"), 0);
+    EXPECT_EQ(get("move-allowed"), 0);
+    EXPECT_EQ(get("detail-code"), 42);
+    EXPECT_EQ(get("on-centre"), 0) << get("within");
+}
+
 // Where the load of the spindle is wired.
 TEST_F(CentreHeight, CutThatTheSpindleDoesNotFeelIsRefused) {
     set("least-load", 5);
