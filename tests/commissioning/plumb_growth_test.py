@@ -1008,6 +1008,14 @@ class Mandrel(unittest.TestCase):
         self.assertTrue(of["Z"]["steady"]["low"] < 40 < of["Z"]["steady"]["high"])
         self.assertTrue(0.1 < of["Z"]["expanded"] < 2)
 
+    def test_a_record_shorter_than_two_time_constants_gives_a_bound(self):
+        its = self.read(hours=1, rest=0.5)
+        self.assertTrue(its["quantities"]["Z"]["steady"]["shorter_than_two_time_constants"])
+        self.assertFalse(its["quantities"]["Z"]["steady"]["determined"])
+        status, output, error = growth("report", self.record(hours=1, rest=0.5))
+        self.assertEqual(status, 0, error)
+        self.assertRegex(output, "Steady state of Z, um: at least [0-9.]+, as the record is shorter than two of the slowest time constant")
+
     def test_the_record_names_what_a_test_after_the_standard_lacks(self):
         its = self.read(hours=1.5, rest=0.5, columns="time_s,rpm,X1,Z")
         said = " ".join(its["missing"])

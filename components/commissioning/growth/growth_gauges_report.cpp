@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -43,6 +44,13 @@ std::vector<Column> columns_of(const GrowthGauges& test) {
 std::string prediction(const GrowthGauges& test, const Quantity& its) {
     if (test.environment || !its.curve) return "";
     if (!test.steady_duty) return "not determined: the spindle speed changed";
+    if (its.curve->shorter) {
+        const double last = test.environment ? its.left : its.warm;
+        const bool rises = its.curve->steady > last;
+        return (rises ? "at least " : "at most ") +
+               number(rises ? std::max(its.curve->low(), last) : std::min(its.curve->high(), last)) +
+               ", as the record is shorter than two of the slowest time constant";
+    }
     return (its.curve->determined ? number(its.curve->steady) + ", " : "not determined, ") + "between " +
            number(its.curve->low()) + " and " + number(its.curve->high());
 }
@@ -110,6 +118,7 @@ std::string GrowthGauges::json(const GrowthCourse& course) const {
         if (its.curve && !environment)
             j["steady"] = {{"determined", its.curve->determined && steady_duty},
                            {"value", real(its.curve->steady)},
+                           {"shorter_than_two_time_constants", its.curve->shorter},
                            {"low", real(its.curve->low())},
                            {"high", real(its.curve->high())}};
     }

@@ -5,9 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <initializer_list>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace plumb {
 namespace {
@@ -118,6 +123,94 @@ TEST(GrowthCurve, ExtremumThatTurnsIsNoSteadyState) {
     EXPECT_GT(curve->rate, 2 * curve->rate_sigma);  // back, while y is negative
     EXPECT_LT(curve->low(), 0);
     EXPECT_GT(curve->high(), -6 * um);
+}
+
+// A record of gauges: two or three exponentials, a shop that swings over the day, a noise whose readings
+// repeat a part of the one before, and a display of few digits. Without `shop`: one to three exponentials,
+// and no swing.
+Drawn record(Random& random, int number, bool shop) {
+    Drawn its;
+    const double span = random.uniform(2.5, 8) * hour;
+    const auto count = static_cast<Eigen::Index>(std::min(150.0, span / 60));
+    its.t = VectorXd::LinSpaced(count, 0, span);
+    its.y = VectorXd::Zero(count);
+    double tau = random.uniform(4, 25) * 60;
+    for (int j = shop ? 0 : number % 2; j < 2 + number % 2; ++j) {
+        const double b = random.uniform(5, 40) * um * (random.index(4) == 0 ? -1 : 1);
+        its.y -= b * ((-its.t.array() / tau).exp() - 1).matrix();
+        its.steady += b;
+        tau = std::min(tau * random.uniform(2.5, 8), 4 * hour);
+    }
+    const double repeats = std::vector<double>{0, 0.5, 0.8, 0.95}[static_cast<std::size_t>(random.index(4))];
+    const double size = random.uniform(0.1, 0.8) * um * std::sqrt(1 - repeats * repeats);
+    const double swing = shop ? random.uniform(0, 2) * um : 0, phase = random.uniform(0, 6.28);
+    const double digit = std::vector<double>{1e-3, 0.1, 1}[static_cast<std::size_t>(random.index(3))] * um;
+    double noise = 0;
+    for (Eigen::Index k = 0; k < count; ++k) {
+        noise = repeats * noise + size * random.gaussian();
+        const double y = its.y[k] + noise + swing * std::sin(6.2831853 * its.t[k] / 86400 + phase);
+        its.y[k] = digit * std::round(y / digit);
+    }
+    return its;
+}
+
+// For a table of many, as in the README: GROWTH_CURVES=200 GROWTH_SEED=9001 build/tests/math_tests
+// --gtest_filter='GrowthCurve.Records*'
+double number(const char* name, double otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::stod(text) : otherwise;
+}
+
+TEST(GrowthCurve, RecordsOfGaugesCoverTheSteadyStateWithoutMuchToSpare) {
+    const auto records = static_cast<int>(number("GROWTH_CURVES", 40));
+    for (const bool shop : {false, true}) {
+        Random random(static_cast<std::uint64_t>(number("GROWTH_SEED", 1)), shop ? 1 : 0);
+        int covered = 0, shorter = 0, reached = 0;
+        double square = 0;
+        std::vector<double> halves;
+        for (int i = 0; i < records; ++i) {
+            const Drawn its = record(random, i, shop);
+            const auto curve = fit_growth_curve(its.t, its.y);
+            ASSERT_TRUE(curve);
+            covered += curve->low() <= its.steady && its.steady <= curve->high();
+            square += std::pow(curve->steady - its.steady, 2);
+            halves.push_back(2 * curve->steady_sigma);
+            if (!curve->shorter) continue;
+            const double last = its.y[its.y.size() - 1], rises = curve->steady > last ? 1 : -1;
+            ++shorter;
+            reached +=
+                rises * its.steady >=
+                std::max(rises * last, rises * curve->steady - 2 * curve->steady_sigma) - 2 * curve->noise;
+        }
+        std::sort(halves.begin(), halves.end());
+        const double half = halves[halves.size() / 2], error = std::sqrt(square / records);
+        std::printf(
+            "%s: covered %.1f %%, median half width %.2f um, rms error %.2f um; 'at least' %d, true %d\n",
+            shop ? "with the swing of a shop" : "without it", 100.0 * covered / records, half / um,
+            error / um, shorter, reached);
+        EXPECT_GE(covered, 0.87 * records);  // 90 in the mean of many
+        EXPECT_LE(half, 2 * error);
+        EXPECT_GE(reached, 0.8 * shorter);
+    }
+}
+
+TEST(GrowthCurve, AnExactExponentialIsFound) {
+    const VectorXd t = VectorXd::LinSpaced(241, 0, 4 * hour);
+    const auto curve = fit_growth_curve(t, (-48 * um * ((-t.array() / 2400).exp() - 1)).matrix());
+    EXPECT_NEAR(curve->steady, 48 * um, 0.3 * um);
+    EXPECT_LT(2 * curve->steady_sigma, 2 * um);
+    EXPECT_TRUE(curve->determined);
+}
+
+TEST(GrowthCurve, ARecordShorterThanTwoTimeConstantsIsNotDetermined) {
+    Random random(5);
+    VectorXd t = VectorXd::LinSpaced(91, 0, 1.5 * hour), y(91);
+    for (int k = 0; k < 91; ++k)
+        y[k] = -60 * um * std::expm1(-t[k] / (1.5 * hour)) + 0.2 * um * random.gaussian();
+    const auto curve = fit_growth_curve(t, y);
+    EXPECT_TRUE(curve->shorter);
+    EXPECT_FALSE(curve->determined);
+    EXPECT_GT(curve->high(), 55 * um);
 }
 
 TEST(GrowthCurve, ShiftAndScaleOfTheValuesShiftAndScaleTheResult) {
