@@ -71,6 +71,9 @@ public:
         target_ = y_;
     }
 
+    // A target that has not moved to this place: the way to it is a step, also a short one.
+    void aim(double target) noexcept { target_ = target; }
+
     // Goes to a value at once, for a limit beyond this one. The speed of that change stays, unless it leads
     // past 0: a jump must not become a journey.
     void move_to(double value, double acceleration, double dt) noexcept {

@@ -177,7 +177,7 @@ public:
     }
 
     // The way to the sum is not caused by motion: it is gone at ramp_rate.
-    void ramp() noexcept { ramping_ = true; }
+    void ramp() noexcept { ramping_ = begins_ = true; }
 
     // In the command of the drive, motion has the rest of it.
     void move_to(double place, double dt) noexcept {
@@ -211,6 +211,8 @@ public:
             speeds.down = limits_.largest_speed(-1, source, joint);
             speeds.up = limits_.largest_speed(1, source, joint);
         }
+        if (begins_) source_.aim(possible);
+        begins_ = false;
         source_.step(possible, speeds, dt);
         const bool held = (possible > source ? speeds.up : speeds.down) * dt <= slack;  // by a soft limit
         ramping_ = ramping_ && source_.value() != possible && !held;
@@ -256,7 +258,7 @@ private:
     SoftLimits limits_{};
     AccelerationLimit source_;   // the sum, bounded and ramped
     AccelerationLimit applied_;  // source_ within the soft limits; the last command contains it
-    bool ramping_ = false;
+    bool ramping_ = false, begins_ = false;  // the ramp
     bool guarded_ = false, tapered_ = false;  // by the soft limits
     bool shares_ = true;                      // the acceleration, with the taper
 };

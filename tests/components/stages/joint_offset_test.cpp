@@ -346,6 +346,20 @@ TEST(JointOffset, WhatChangesWhileTheMachineIsOffComesByTheRamp) {
     }
 }
 
+// Also a way that max-rate goes in one period: motion has not caused it.
+TEST(JointOffset, AShortWayThatCameWhileTheMachineIsOffComesByTheRamp) {
+    constexpr double way = 0.8 * max_rate * period;
+    Machine machine;
+    machine.apply(50 * um);
+    machine.expect_rate(ramp_rate);
+    machine.turn(false);
+    machine.set("offset-0", 50 * um + way);
+    EXPECT_LT(machine.run(2), 1e-9);
+    machine.bench.set("motion.on", 1);
+    machine.run(0.1);
+    EXPECT_NEAR(machine.applied(), 50 * um + way, 1e-12);
+}
+
 TEST(JointOffset, OffAtASoftLimitItIsHeldToo) {
     Machine machine;
     machine.set("max-limit", 40);
