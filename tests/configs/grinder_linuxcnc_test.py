@@ -125,7 +125,8 @@ class Shift(Recorded):
         self.assertGreater("\n".join(self.errors).count("M49, M51 P0 and M53 P0"), 1)
 
     def test_strokes_end_with_their_program_unless_it_says_otherwise(self):
-        self.assertEqual(self.facts["after_m2"], [1, 1])  # on the way to R, though the output stays
+        ends = self.rows["program_ends"][np.flatnonzero(self.of("chop.stroking", "program_ends") == 1)[-1] + 1]
+        self.assertEqual([self.shift[pin][ends] for pin in ("chop.active", "chop.run")], [1, 1])  # on the way to R, though the output stays
         self.assertEqual(self.facts["next_program"], [1, 0])
         self.assertGreater(self.of("chop.stroking", "next_program").max(), 0)
         self.assertEqual([self.facts["outlasting"], self.facts["of_mdi"]], [1, 1])
@@ -139,7 +140,8 @@ class Shift(Recorded):
         self.assertGreater(np.ptp(x[ends:]), 15)
 
     def test_a_program_that_begins_with_g81_1_takes_over_from_mdi(self):
-        self.assertEqual(self.facts["taken_over"], [1, 4])
+        there = self.rows["taken_over"][self.of("joint.0.pos-cmd", "taken_over").argmin()]
+        self.assertEqual([self.shift[pin][there] for pin in ("chop.stroking", "chop.upper")], [1, 4])
 
     def test_a_shift_comes_with_the_next_move_of_its_program(self):
         z, active = self.of("chop.command", "shifts"), self.of("chop.active", "shifts") == 1
@@ -162,11 +164,12 @@ class Shift(Recorded):
         self.assertEqual(np.ptp(self.of("joint.0.pos-cmd", "shifted_in_mdi")), 0)
 
     def test_a_hold_ends_at_a_dead_point_or_at_r_and_an_emergency_at_once(self):
-        (_, at_dead_point, *_), (_, at_r, *_), (ordered, stands, *_) = self.facts["holds"]
-        self.assertEqual([active for *_, active in self.facts["holds"]], [1, 1, 1])
+        (at_dead_point, _), (at_r, _), (stands, _) = self.facts["holds"]
+        self.assertEqual([active for _, active in self.facts["holds"]], [1, 1, 1])
+        ordered = self.of("chop.command", "holds")[np.flatnonzero(self.of("chop.emergency-hold", "holds"))[0]]
         self.assertAlmostEqual(at_dead_point, LOWER, delta=nm)
         self.assertAlmostEqual(at_r, R, delta=nm)
-        self.assertLess(abs(ordered - stands), 60**2 / (2 * HARDEST) + 60 * 0.1)  # and as far as it takes to order
+        self.assertLess(abs(ordered - stands), 60**2 / (2 * HARDEST) + 60 * 0.1)
         self.assertGreater(stands, LOWER + 1)
 
     def test_a_display_shows_r_and_the_axis(self):
@@ -447,7 +450,9 @@ class ExtraJoint(Recorded):
         self.assertIn("R10.000000 has no meaning on an extra joint", self.facts["with_r"])
 
     def test_strokes_end_with_their_program_and_moves_wait_for_r(self):
-        self.assertEqual(self.facts["after_m2"], [1, 1, 1, 1])
+        ends = self.rows["program_ends"][np.flatnonzero(self.of("chop.stroking", "program_ends") == 1)[-1] + 2]
+        pins = ("chop.active", "chop.run", "motion.feed-inhibit", "motion.feed-hold")
+        self.assertEqual([self.shift[pin][ends] for pin in pins], [1, 1, 1, 1])
         self.assertEqual(self.facts["after_its_move"], [1, 0])
         y, active = self.of("joint.1.pos-cmd", "program_ends"), self.of("chop.active", "program_ends") == 1
         last = np.flatnonzero(active)[-1]

@@ -28,6 +28,10 @@ class Shift(Scenario):
         "chop.command",
         "chop.fault-code",
         "chop.stroke-count",
+        "chop.stroking",
+        "chop.run",
+        "motion.feed-inhibit",
+        "motion.feed-hold",
     ]
 
     def work(self):
@@ -72,10 +76,9 @@ class Shift(Scenario):
         with open("strokes.ngc", "w") as file:
             file.write("G90 G21\nG81.1 Z200 Q-400 P24000\nG1 Y5 F600\nM2\n")
         self.machine.start("strokes.ngc")
-        self.await_pin("chop.stroking", 1)
+        self.machine.wait_until_idle()
         self.await_pin("chop.stroking", 0)
         get = self.host.get
-        self.facts["after_m2"] = [get("chop.active"), get("chop.run"), get("motion.feed-inhibit"), get("motion.feed-hold")]
         self.machine.mdi("G1 Y0 F600")
         self.facts["after_its_move"] = [get("chop.at-end"), get("joint.1.pos-cmd")]
         self.machine.mdi("G80.1")

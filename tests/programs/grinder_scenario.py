@@ -38,6 +38,9 @@ class Shift(Scenario):
         "chop.at-end",
         "chop.stroking",
         "chop.speed-factor",
+        "chop.upper",
+        "chop.run",
+        "chop.emergency-hold",
         "chop.end-position",
         "chop.measured-position",
         "interlock.function-enable-0",
@@ -97,6 +100,8 @@ class Shift(Scenario):
 
     def turn_on(self):
         self.host.set("chop.learn", 0)
+        # An emergency stop ends the spindle first. On a busy computer LinuxCNC turns motion off after more than 0.2 s.
+        self.host.set("chop.at-speed-time", 5)
         self.machine.turn_on()
         self.machine.home()
         self.await_pin("chop.enabled", 1)  # plumb-retain has restored its values
@@ -114,10 +119,10 @@ class Shift(Scenario):
         get = self.host.get
         self.await_condition(lambda: get("chop.active") == 1 and get("chop.stroke-count") >= 2, "the strokes")
 
-    def start(self):
+    def start(self, stroke=STROKE):
         """In MDI: the end of a program must have been seen before."""
         self.await_pin("linuxcnc-alive.part-program-running", 0)
-        self.machine.mdi(STROKE)
+        self.machine.mdi(stroke)
         self.await_strokes()
 
     def pause(self):
@@ -135,14 +140,14 @@ class Shift(Scenario):
         """No stroke comes back with the next block."""
         self.machine.mdi("G0 X0 Y0 Z10")
 
-    def abort_in_the_work(self):
-        self.start()
+    def abort_in_the_work(self, stroke=STROKE):
+        self.start(stroke)
         self.await_depth()
         self.machine.abort()
 
     def waiting(self):
-        """MDI after an abort: outputs at once, moves when the wheel is at R."""
-        self.abort_in_the_work()
+        """MDI after an abort: outputs at once, moves when the wheel is at R. It returns slowly, for a busy computer to see it."""
+        self.abort_in_the_work(STROKE.replace("P3600", "P900"))
         self.machine.mdi("M64 P30")
         self.facts["output"] = [self.host.get("motion.digital-out-30"), self.host.get("chop.active")]
         self.machine.mdi("M65 P30")
@@ -184,14 +189,12 @@ class Shift(Scenario):
     def program_ends(self):
         """Without its G80.1."""
         self.program(STROKE, "G1 X20 F1200")
-        self.await_pin("chop.stroking", 1)
+        self.machine.wait_until_idle()
         self.await_pin("chop.stroking", 0)
-        self.facts["after_m2"] = [self.host.get("chop.active"), self.host.get("chop.run")]
 
     def next_program(self):
         """Its first move waits for R, and its strokes begin."""
         self.program("G1 X0 F1200", STROKE, "G1 X20", "G80.1")
-        self.await_pin("chop.stroking", 1)
         self.machine.wait_until_idle()
         self.facts["next_program"] = [self.host.get("chop.at-end"), self.host.get("chop.fault-code")]
 
@@ -203,7 +206,6 @@ class Shift(Scenario):
                 self.machine.mdi("M64 P18")
                 self.start()
             self.program(*own, "G1 X0 F1200", "G1 X20")
-            self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
             self.machine.wait_until_idle()
             self.strokes(2)
             self.facts["outlasting" if own else "of_mdi"] = self.host.get("chop.stroking")
@@ -217,7 +219,6 @@ class Shift(Scenario):
         self.start()
         self.await_depth()
         self.program("G1 X0 F1200", "G1 X20")
-        self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
         self.machine.wait_until_idle()
 
     def taken_over(self):
@@ -225,8 +226,6 @@ class Shift(Scenario):
         self.start()
         self.machine.wait(2)
         self.program("G81.1 Z4 Q-30", "G1 X0 F1200", "G1 X20", "G80.1")
-        self.await_condition(lambda: self.host.get("joint.0.pos-cmd") < 1, "the program")
-        self.facts["taken_over"] = [self.host.get("chop.stroking"), self.host.get("chop.upper")]
         self.machine.wait_until_idle()
 
     def shifts(self):
@@ -243,7 +242,7 @@ class Shift(Scenario):
         self.strokes(2)
         self.facts["faster_cycle"] = self.host.get("chop.planned-cycle-time")
         self.machine.mdi("G80.1")
-        self.program(STROKE, "G81.1 Z3 Q-30", "M482", "G4 P2", "G80.1")
+        self.program(STROKE, "G81.1 Z3 Q-30", "M482", "G4 P10", "G80.1")  # two cycles on a busy computer, too
         self.machine.wait_until_idle()
         self.facts["awaited_region"] = self.host.get("chop.upper")
 
@@ -255,11 +254,10 @@ class Shift(Scenario):
         for kind, order in ((1, "feed-hold"), (0, "feed-hold"), (1, "emergency-hold")):
             change("chop.hold-kind", kind)
             self.await_condition(lambda: get("chop.velocity") < -50, "a downward stroke")
-            place = get("chop.command")
             change("chop." + order, 1)
             self.await_pin("chop.held", 1)
             self.machine.wait(0.3)
-            self.facts["holds"].append([place, get("chop.command"), get("chop.active")])
+            self.facts["holds"].append([get("chop.command"), get("chop.active")])
             change("chop." + order, 0)
             self.strokes(2)
         self.machine.mdi("G80.1")
@@ -596,8 +594,10 @@ class Shift(Scenario):
         self.strokes(2)
 
     def both_die(self):
-        """Within 5 s of the computer's clock: plumb run ends without a task."""
+        """Within 5 s of the computer's clock: plumb run ends without a task. So the dead are missed early."""
         self.reached = self.signal(signal.SIGKILL, "both_dead", "inihal", "iocontrol")
+        for service in (4, 5):
+            self.host.set("interlock.service-timeout-%d" % service, 0.5)
         self.await_end_of_stroke()
         self.facts["lost"] = [self.host.get("interlock.service-lost-%d" % service) for service in (1, 4, 5)]
 
