@@ -44,7 +44,7 @@ def simulate(seed, fault, progress):
 
     with TemporaryFolder() as folder:
         log = run_test(folder, seed, {"artifact.compensation-fault": fault}, truth=fault in FACTORS)
-        results = results_of(log, folder)
+        results = results_of(log)
         truth = os.path.join(folder, "truth.csv")
         errors = errors_of(results, log, truth) if fault == 0 else None
         names = names_of(true_gain(results, log, truth)) if fault in FACTORS else {NAMED[fault]}

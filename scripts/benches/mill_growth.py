@@ -68,7 +68,7 @@ def simulate(seed, name, progress):
         log = os.path.join(folder, "growth.csv")
         with open(log, "w", encoding="ascii") as file:
             file.write(log_text(seed, read_records(host, folder, PERIOD), ("spindle", "bed", "air")))
-        results = results_of(log, folder)
+        results = results_of(log)
     progress(1)
     axis = results["axes"]["Z"]
     return results["compensation"], axis["gain"]["value"], [1e3 * axis[state]["largest_mm"] for state in ("off", "on")]

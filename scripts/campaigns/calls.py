@@ -305,7 +305,7 @@ class Growth(Program):
 
     @staticmethod
     def shape(output):
-        return Program.shape(re.sub(r"(?m)^No PNG charts: .*\n", "", output))  # it says so
+        return Program.shape(re.sub(r"(?m)^No charts: .*\n", "", output))  # it says so
 
 
 def growth_log_text():

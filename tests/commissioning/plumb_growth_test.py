@@ -72,7 +72,7 @@ class Report(unittest.TestCase):
         return path
 
     def test_results_agree_with_the_truth_of_the_machine(self):
-        results = results_of(self.log, self.out("truth-report"))
+        results = results_of(self.log)
         truth = {}
         with open(self.out("truth.csv"), encoding="ascii") as file:
             names = file.readline().strip().split(",")
@@ -120,13 +120,49 @@ class Report(unittest.TestCase):
         with open(self.out("page/results.csv"), encoding="ascii") as file:
             lines = file.read().strip().split("\n")
         self.assertEqual(len({line.count(",") for line in lines}), 1)
-        if shutil.which("rsvg-convert"):
-            pictures = glob.glob(self.out("page/*.png"))
-            self.assertEqual(len(pictures), 7)
-            for picture in pictures:
-                with open(picture, "rb") as file:
-                    self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
-        self.assertEqual(glob.glob(self.out("page/*.svg")), [])
+        pictures = glob.glob(self.out("page/*.png"))
+        self.assertEqual(len(pictures), 7)
+        for picture in pictures:
+            with open(picture, "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+        self.assertEqual(len(os.listdir(self.out("page"))), 7 + 4)
+        self.assertEqual(json.loads(growth("report", self.log, "--json")[1]), self.results("page"))
+
+    def results(self, name):
+        with open(self.out(os.path.join(name, "results.json")), encoding="utf-8") as file:
+            return json.load(file)
+
+    def test_the_charts_show_the_values_of_the_results(self):
+        growth("report", self.log, "--output", self.out("charts"))
+        (test,) = self.results("charts")["tests"]
+        with open(self.out("charts/report.html"), encoding="utf-8") as file:
+            pages = re.findall(r"<svg class=\"chart\".*?</svg>", file.read(), re.S)
+        (chart,) = [page for page in pages if "Z of all bores, without compensation" in page]
+        lines = re.findall(r'<g id="line-\d+">\s*<path d="([^"]+)"', chart)
+        given = [series for series in test["series"] if not series["compensated"]]
+        self.assertEqual(len(lines), len(given))
+        drawn = [[tuple(map(float, point.split())) for point in re.split("[ML]", line.replace("\n", " "))[1:]] for line in lines]
+        true = [(point["time_s"], point["deviation_mm"][2]) for series in given for point in series["points"]]
+        points = [point for line in drawn for point in line]
+        self.assertEqual(len(points), len(true))
+        for axis, sign in ((0, 1), (1, -1)):  # of a line from one pair of values to the next
+            low, high = (pick(range(len(true)), key=lambda index: true[index][axis]) for pick in (min, max))
+            scale = sign * (points[high][axis] - points[low][axis]) / (true[high][axis] - true[low][axis])
+            self.assertGreater(scale, 0)
+            for its, value in zip(points, true):
+                self.assertAlmostEqual(sign * (its[axis] - points[low][axis]) / scale, value[axis] - true[low][axis], delta=2e-4 * max(1, abs(true[high][axis])))
+
+    def test_without_matplotlib_the_page_has_no_charts_and_says_so(self):
+        growth("report", self.log, "--output", self.out("bare"))
+        os.mkdir(self.out("without"))
+        self.write("without/matplotlib.py", "raise ImportError\n")
+        program = os.path.join(BUILD, "share", "plumb", "growth", "growth_page.py")
+        done = subprocess.run(["/usr/bin/python3", "-B", program, self.out("bare")], env={**os.environ, "PYTHONPATH": self.out("without")}, capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "No charts: install python3-matplotlib.\n", ""))
+        with open(self.out("bare/report.html"), encoding="utf-8") as file:
+            text = file.read()
+        self.assertEqual(Page(text).tags.count("svg"), 0)
+        self.assertIn("None: install python3-matplotlib", text)
 
     def test_the_law_is_in_the_page_the_results_the_text_and_a_file_of_settings(self):
         status, output, error = growth("report", self.log, "--output", self.out("law"))
@@ -147,6 +183,15 @@ class Report(unittest.TestCase):
             left = "%.1f um of parts of the test that it did not see" % (1e3 * its["predicted_rest_mm"])
             self.assertRegex(output, r"Identified: %s: drift [\d.]+ um rms; the law leaves %s, and no law [\d.]+ um" % (axis, left))
             self.assertIn("<td>%.1f</td><td>yes</td>" % (1e3 * its["predicted_rest_mm"]), page)
+
+    def test_a_log_brings_no_script_into_the_page_and_its_names_are_no_formulas(self):
+        name = "<script>alert(1)</script> $\\frac$ & 5"
+        text = self.text.replace("sensor,1,spindle", "sensor,1," + name).replace("machine,simulated 3", "machine," + name)
+        self.assertEqual(growth("report", self.write("script.csv", text), "--output", self.out("script"))[0], 0)
+        with open(self.out("script/report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertNotIn("<script", page)
+        self.assertGreater(page.count("&lt;script&gt;alert(1)&lt;/script&gt; $\\frac$ &amp; 5"), 3)  # the title, the head, and the legend
 
     def test_axes_that_were_not_probed_have_no_charts(self):
         kept, number = [], 0
@@ -202,7 +247,7 @@ class Report(unittest.TestCase):
     def test_a_log_of_a_test_that_runs_is_as_good_but_never_passes(self):
         lines = self.text.split("\n")
         part = self.write("part.csv", "\n".join(lines[: len(lines) * 6 // 10]) + "\ntouch,99")
-        results = results_of(part, self.out("part"))
+        results = results_of(part)
         self.assertEqual(results["stop"], "not reached")
         self.assertNotEqual(results["verdict"], "pass")
         self.assertTrue(any("is not complete and was left out" in note for note in results["notes"]))
@@ -241,8 +286,8 @@ class Report(unittest.TestCase):
 
     def test_a_log_with_checksums_gives_the_same_results_and_one_without_them_a_note(self):
         note = "The log is of version 1, without checksums: a damaged digit is not noticed."
-        before = results_of(self.log, self.out("without"))
-        after = results_of(self.write("checked.csv", with_checksums(self.text)), self.out("with"))
+        before = results_of(self.log)
+        after = results_of(self.write("checked.csv", with_checksums(self.text)))
         self.assertIn(note, before["notes"])
         self.assertEqual([text for text in before["notes"] if text != note], after["notes"])
         self.assertEqual(before["axes"], after["axes"])
@@ -252,7 +297,7 @@ class Report(unittest.TestCase):
         last = lines[-1].split(",")
         for number, broken in ((0, False), (1, True)):
             event = "event,%d,%s,1,1,1,0,0,0,resumed,%d" % (int(last[1]) + 1, last[2], number)
-            notes = results_of(self.write("resumed.csv", "\n".join(lines + [event, ""])), self.out("resumed"))["notes"]
+            notes = results_of(self.write("resumed.csv", "\n".join(lines + [event, ""])))["notes"]
             self.assertIn("The test was interrupted and resumed 1 times.", notes)
             self.assertEqual(any("Their length is not known" in text for text in notes), broken)
 
@@ -540,7 +585,7 @@ class Verdicts(unittest.TestCase):
             self.assertAlmostEqual(now["off"]["largest_rate_mm_per_h"], its["off"]["largest_rate_mm_per_h"], delta=UM)
             self.assertEqual(now["verdict"] == "fail", its["verdict"] == "fail")
         self.assertEqual(found["compensation"]["sentence"], self.plain["compensation"]["sentence"])
-        paths = re.findall(r'<path class="l\d" d="([^"]+)"', self.page)
+        paths = re.findall(r'<g id="line-\d+">\s*<path d="([^"]+)"', self.page)
         self.assertGreater(len(paths), 10)
         self.assertEqual({path.count("M") for path in paths}, {2}, "no line is drawn through the break")
 
@@ -585,7 +630,7 @@ class Budget(unittest.TestCase):
         part = os.path.join(self.folder, "part.csv")
         with open(part, "w", encoding="ascii") as file:
             file.write("\n".join(lines[: end + 1]) + "\n")
-        its = results_of(part, os.path.join(self.folder, "part"))["axes"]["Z"]
+        its = results_of(part)["axes"]["Z"]
         self.assertGreater(its["uncertainty_mm"], math.sqrt(2) * 0.8 * UM)
         self.assertGreater(its["budget"]["expanded_mm"], 2.1 * its["uncertainty_mm"])
 
@@ -594,7 +639,7 @@ class Faults(unittest.TestCase):
     def test_each_fault_of_a_compensation_is_named(self):
         for fault, words in FAULTS.items():
             with TemporaryFolder() as folder, self.subTest(fault=fault):
-                results = results_of(run_test(folder, 3, {"artifact.compensation-fault": fault}), folder)
+                results = results_of(run_test(folder, 3, {"artifact.compensation-fault": fault}))
                 self.assertIn(words, results["compensation"]["sentence"])
                 cross = results["compensation"]["cross_gains"]
                 follows = {axis: min(row, key=lambda other: row[other]["difference_mm"]) for axis, row in cross.items()}
@@ -604,7 +649,7 @@ class Faults(unittest.TestCase):
     def test_a_frozen_sensor_that_is_not_logged_is_called_absent_and_the_sentence_says_why(self):
         with TemporaryFolder() as folder:
             log = run_test(folder, 3, {"artifact.compensation-fault": 1}, sensors=("bed", "air"))
-            results = results_of(log, folder)
+            results = results_of(log)
         self.assertIn("If a sensor that is not logged were frozen", results["compensation"]["sentence"])
 
 
@@ -742,7 +787,7 @@ class AcceleratedTest(unittest.TestCase):
         for seed in self.SEEDS:
             with self.subTest(seed), TemporaryFolder() as folder:
                 log = run_test(folder, seed, self.settings)
-                results = results_of(log, folder)
+                results = results_of(log)
                 self.assertGreaterEqual(results["passes"], 8)
                 self.assertEqual(results["verdict"], "pass")
                 self.assertTrue(all(axis["used"] for axis in results["identified"]["axes"].values()), results["identified"]["axes"])
@@ -1064,7 +1109,7 @@ class MeasuredCurve(unittest.TestCase):
                 path = os.path.join(folder, "part.csv")
                 with open(path, "w", encoding="ascii") as file:
                     file.write("\n".join(part) + "\n")
-                results = results_of(path, os.path.join(folder, "part"))
+                results = results_of(path)
                 self.assertNotEqual(results["verdict"], "pass")
                 predicted.append(results["axes"]["Z"]["off"]["curve"])
             for curve in predicted:  # one exponential claimed 0.2 um, and was 27 um wrong

@@ -58,10 +58,8 @@ def records(machine, kind):
 
 def report(machine):
     (path,) = logs(machine)
-    out = os.path.join(machine, "report")
-    subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", path, "--output", out], check=True, stdout=subprocess.DEVNULL)
-    with open(os.path.join(out, "results.json"), encoding="utf-8") as file:
-        return json.load(file)["tests"][0]
+    done = subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", path, "--json"], check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)["tests"][0]
 
 
 def program(machine, name, call, settings=SHORT):

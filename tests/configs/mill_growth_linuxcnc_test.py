@@ -22,10 +22,8 @@ def tested(folder, program):
     if status != 0:
         raise AssertionError("linuxcnc ended with %d:\n%s" % (status, output))
     (log,) = glob.glob(os.path.join(machine, "logs", "growth-*.csv"))
-    out = os.path.join(machine, "report")
-    subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", log, "--output", out], check=True, stdout=subprocess.DEVNULL)
-    with open(os.path.join(out, "results.json"), encoding="utf-8") as file:
-        return json.load(file)["tests"][0], output
+    done = subprocess.run([os.path.join(BUILD, "bin", "plumb-growth"), "report", log, "--json"], check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout)["tests"][0], output
 
 
 class MillUnderTest(unittest.TestCase):

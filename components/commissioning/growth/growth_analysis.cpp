@@ -92,17 +92,9 @@ std::string word(GrowthVerdict verdict) {
                                             : "not determined";
 }
 
-const GrowthSeries* GrowthAnalysis::worst(bool compensated) const {
-    const GrowthSeries* found = nullptr;
-    double most = -1;
-    for (const GrowthSeries& each : series) {
-        if (each.compensated != compensated) continue;
-        for (const GrowthPoint& point : each.points) {
-            const double size = point.deviation.allFinite() ? point.deviation.norm() : 0;
-            if (size > most) most = size, found = &each;
-        }
-    }
-    return found;
+std::string GrowthAnalysis::sensor_name(int sensor) const {
+    const auto named = log->sensors.find(sensor);
+    return named == log->sensors.end() ? "sensor " + std::to_string(sensor) : named->second;
 }
 
 GrowthAnalysis analysed(const GrowthLog& log) {

@@ -120,7 +120,7 @@ struct GrowthAnalysis {
     std::optional<GrowthIdentified> identified;
     std::string not_identified;
 
-    const GrowthSeries* worst(bool compensated) const;  // null if there is none
+    std::string sensor_name(int sensor) const;
     // Standard uncertainty of the mean of all bores in one pass; a deviation has it twice, by the reference.
     double of_one_pass(std::size_t axis) const { return of_mean[axis] / std::sqrt(2.0); }
 };

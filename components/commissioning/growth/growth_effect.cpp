@@ -93,9 +93,7 @@ std::vector<int> add_temperatures(GrowthAnalysis& analysis, const PassesOfBoth& 
         record.temperatures.conservativeResize(Eigen::NoChange, record.temperatures.cols() + 1);
         record.temperatures.rightCols(1) = column;
         sensors.push_back(sensor);
-        const auto name = analysis.log->sensors.find(sensor);
-        analysis.logged_sensors.push_back(
-            name == analysis.log->sensors.end() ? "sensor " + std::to_string(sensor) : name->second);
+        analysis.logged_sensors.push_back(analysis.sensor_name(sensor));
     }
     return sensors;
 }

@@ -6,6 +6,8 @@
 #include "components/commissioning/growth/growth_course.hpp"
 #include "components/math/growth/growth_curve.hpp"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,8 +40,7 @@ struct GrowthGauges {
 
     std::string clause() const;
     std::string text() const;
-    std::string json(const GrowthCourse& course) const;  // with the values as they are read
-    std::string page() const;  // HTML that needs nothing else
+    nlohmann::json json(const GrowthCourse& course) const;  // with the values as they are read
 };
 
 // `distance`: between the two sensors of X and of Y, mm; 0: no tilt. Throws std::runtime_error with file and

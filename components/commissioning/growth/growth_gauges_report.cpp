@@ -19,24 +19,24 @@ nlohmann::json real(double value) {
 }
 
 struct Column {
-    const char* title;
+    const char *title, *key;  // of the JSON
     double (*value)(const Quantity&);
 };
 
 std::vector<Column> columns_of(const GrowthGauges& test) {
     if (test.environment)
-        return {{"range", [](const Quantity& its) { return its.range; }},
-                {"rate per h", [](const Quantity& its) { return its.rate; }},
-                {"U", [](const Quantity& its) { return its.expanded; }}};
-    std::vector<Column> all{{"1 h", [](const Quantity& its) { return its.at_1_hour; }},
-                            {"4 h", [](const Quantity& its) { return its.at_4_hours; }},
-                            {"warm", [](const Quantity& its) { return its.warm; }},
-                            {"range", [](const Quantity& its) { return its.range; }},
-                            {"rate per h", [](const Quantity& its) { return its.rate; }},
-                            {"U", [](const Quantity& its) { return its.expanded; }}};
+        return {{"range", "range", [](const Quantity& its) { return its.range; }},
+                {"rate per h", "rate_per_h", [](const Quantity& its) { return its.rate; }},
+                {"U", "expanded", [](const Quantity& its) { return its.expanded; }}};
+    std::vector<Column> all{{"1 h", "at_1_hour", [](const Quantity& its) { return its.at_1_hour; }},
+                            {"4 h", "at_4_hours", [](const Quantity& its) { return its.at_4_hours; }},
+                            {"warm", "warm", [](const Quantity& its) { return its.warm; }},
+                            {"range", "range", [](const Quantity& its) { return its.range; }},
+                            {"rate per h", "rate_per_h", [](const Quantity& its) { return its.rate; }},
+                            {"U", "expanded", [](const Quantity& its) { return its.expanded; }}};
     if (test.cooled > 0) {
-        all.push_back({"after rest", [](const Quantity& its) { return its.left; }});
-        all.push_back({"its rate", [](const Quantity& its) { return its.cooling_rate; }});
+        all.push_back({"after rest", "left", [](const Quantity& its) { return its.left; }});
+        all.push_back({"its rate", "cooling_rate_per_h", [](const Quantity& its) { return its.cooling_rate; }});
     }
     return all;
 }
@@ -99,11 +99,13 @@ std::string GrowthGauges::text() const {
     return out.str();
 }
 
-std::string GrowthGauges::json(const GrowthCourse& course) const {
+nlohmann::json GrowthGauges::json(const GrowthCourse& course) const {
     nlohmann::json all{
         {"file", file},       {"taken", taken},     {"clause", clause()}, {"environment", environment},
         {"length_s", length}, {"warmed_s", warmed}, {"cooled_s", cooled}, {"interval_s", interval},
-        {"missing", missing}};
+        {"missing", missing}, {"times", times(*this)}};
+    for (const Column& column : columns_of(*this))
+        all["columns"].push_back({{"title", column.title}, {"key", column.key}});
     for (const Quantity& its : quantities) {
         nlohmann::json& j = all["quantities"][its.name];
         j = {{"unit", its.unit},
@@ -114,7 +116,12 @@ std::string GrowthGauges::json(const GrowthCourse& course) const {
              {"rate_per_h", its.rate},
              {"expanded", real(its.expanded)},
              {"left", its.left},
-             {"cooling_rate_per_h", its.cooling_rate}};
+             {"cooling_rate_per_h", its.cooling_rate},
+             {"prediction", prediction(*this, its)}};
+        for (std::size_t i = 0; i < its.time.size(); i += its.time.size() / 400 + 1) {  // for a chart
+            j["time_s"].push_back(its.time[i]);
+            j["value"].push_back(its.value[i]);
+        }
         if (its.curve && !environment)
             j["steady"] = {{"determined", its.curve->determined && steady_duty},
                            {"value", real(its.curve->steady)},
@@ -139,50 +146,7 @@ std::string GrowthGauges::json(const GrowthCourse& course) const {
             if (std::isfinite(value.place[axis])) grown.emplace_back(value.time, value.place[axis]);
         if (!grown.empty()) series["growth_mm"][std::string(1, letters[axis])] = samples_json(grown);
     }
-    return all.dump() + '\n';
-}
-
-std::string GrowthGauges::page() const {
-    std::ostringstream out;
-    out << page_begin("Thermal growth of " + escaped_xml(file)) << "<p>" << escaped_xml(taken) << "</p><p>"
-        << escaped_xml(clause()) << "</p><p>" << times(*this)
-        << ".</p>\n<div class=\"wide\"><table><thead><tr><th scope=\"col\"></th>";
-    for (const Column& column : columns_of(*this)) out << "<th scope=\"col\">" << column.title << "</th>";
-    out << "<th scope=\"col\">unit</th>" << (environment ? "" : "<th scope=\"col\">steady state</th>")
-        << "</tr></thead><tbody>\n";
-    for (const Quantity& its : quantities) {
-        out << "<tr><th scope=\"row\">" << (environment ? "ETVE " : "") << its.name << "</th>";
-        for (const Column& column : columns_of(*this)) out << "<td>" << number(column.value(its)) << "</td>";
-        out << "<td>" << its.unit << "</td>" << (environment ? "" : "<td>" + prediction(*this, its) + "</td>")
-            << "</tr>\n";
-    }
-    out << "</tbody></table></div>\n";
-    for (const bool tilts : {false, true}) {
-        GrowthChart chart{tilts ? "tilts" : "displacements",
-                          tilts ? "Tilts" : "Displacements",
-                          tilts ? "\u00b5m/m" : "\u00b5m",
-                          {},
-                          0};
-        int colour = 0;
-        for (const Quantity& its : quantities) {
-            if ((its.unit != "um") != tilts) continue;
-            GrowthChart::Line line{its.name, colour++, false, {}};
-            for (std::size_t i = 0; i < its.time.size(); i += its.time.size() / 400 + 1)
-                line.points.emplace_back(its.time[i] / seconds_per_hour, its.value[i]);
-            chart.lines.push_back(std::move(line));
-        }
-        if (!chart.lines.empty()) out << "<figure tabindex=\"0\">" << chart.svg(false) << "</figure>\n";
-    }
-    out << "<table><thead><tr><th scope=\"col\">Temperature</th><th scope=\"col\">range, "
-           "K</th></tr></thead><tbody>\n";
-    for (const auto& [name, range] : ranges)
-        out << "<tr><th scope=\"row\">" << escaped_xml(name) << "</th><td>" << number(range)
-            << "</td></tr>\n";
-    out << "</tbody></table>\n<p class=\"soft\">U: of a change, 95 of 100, by the scatter about a smooth "
-           "curve. Sensors that touch a turning "
-           "mandrel, its run-out, and the drift of their holder are not in it.</p>\n"
-        << page_end();
-    return out.str();
+    return all;
 }
 
 }  // namespace plumb::commissioning

@@ -37,6 +37,8 @@ nlohmann::json budget_json(const GrowthBudget& budget) {
             {"drift_mm", budget.drift},
             {"artifact_mm", budget.artifact},
             {"probe_mm", budget.probe},
+            {"pass_mm", budget.pass()},
+            {"coverage", real(coverage_factor(budget.freedom))},
             {"freedom", real(budget.freedom)},
             {"expanded_mm", real(budget.expanded())}};
 }
@@ -70,6 +72,7 @@ nlohmann::json axes_json(const GrowthAnalysis& test) {
         j[std::string(1, letters[i])] = {{"tolerance_mm", test.log->tolerance[i]},
                                          {"verdict", word(test.verdicts[i])},
                                          {"uncertainty_mm", test.budgets[i].standard()},
+                                         {"of_one_pass_mm", test.of_one_pass(i)},
                                          {"budget", budget_json(test.budgets[i])},
                                          {"off", test.has_off ? axis_json(test.off[i]) : nullptr},
                                          {"on", test.has_on ? axis_json(test.on[i]) : nullptr},
@@ -97,14 +100,11 @@ nlohmann::json cross_gains_json(const GrowthAnalysis& test) {
 }
 
 nlohmann::json compensation_json(const GrowthAnalysis& test) {
-    nlohmann::json j{{"name", test.log->compensation},
-                     {"fault", static_cast<int>(test.finding.fault)},
-                     {"sentence", compensation_sentence(test)},
-                     {"gain", test.finding.gain},
-                     {"gain_low", real(test.finding.gain_low)},
-                     {"gain_high", real(test.finding.gain_high)},
-                     {"more_passes", test.finding.more_passes},
-                     {"larger_drift_mm", test.finding.larger_drift}};
+    nlohmann::json j{
+        {"name", test.log->compensation},          {"fault", static_cast<int>(test.finding.fault)},
+        {"sentence", compensation_sentence(test)}, {"gain", test.finding.gain},
+        {"gain_low", real(test.finding.gain_low)}, {"gain_high", real(test.finding.gain_high)},
+        {"more_passes", test.finding.more_passes}, {"larger_drift_mm", test.finding.larger_drift}};
     const CrossGains& cross = test.finding.cross;
     if (cross.drifts[0] || cross.drifts[1] || cross.drifts[2]) j["cross_gains"] = cross_gains_json(test);
     return j;
@@ -135,6 +135,7 @@ nlohmann::json points_json(const std::vector<GrowthPoint>& points) {
     nlohmann::json all = nlohmann::json::array();
     for (const GrowthPoint& point : points)
         all.push_back({{"pass", point.pass},
+                       {"part", point.part},
                        {"time_s", point.time},
                        {"deviation_mm", reals(point.deviation)},
                        {"compensation_mm", reals(point.compensation)},
@@ -145,6 +146,7 @@ nlohmann::json points_json(const std::vector<GrowthPoint>& points) {
 
 nlohmann::json series_json(const GrowthSeries& series) {
     return {{"bore", series.bore},
+            {"name", series.name()},
             {"turned", series.turned},
             {"compensated", series.compensated},
             {"points", points_json(series.points)},
@@ -153,9 +155,18 @@ nlohmann::json series_json(const GrowthSeries& series) {
 
 nlohmann::json practice_json(const GrowthAnalysis& test) {
     const GrowthPractice& practice = test.practice;
-    nlohmann::json j{
-        {"cool_down_s", practice.cooled_for},
-        {"artifact", {{"applied", test.expansion.applied}, {"largest_mm", reals(test.expansion.largest)}}}};
+    const ArtifactExpansion& expansion = test.expansion;
+    nlohmann::json j{{"cool_down_s", practice.cooled_for},
+                     {"artifact",
+                      {{"applied", expansion.applied},
+                       {"largest_mm", reals(expansion.largest)},
+                       {"coldest_k", expansion.coldest},
+                       {"warmest_k", expansion.warmest},
+                       {"why_not", expansion.applied ? "" : expansion.why_not}}}};
+    if (const auto& artifact = test.log->artifact) {
+        j["artifact"]["expansion"] = artifact->expansion;
+        j["artifact"]["uncertainty"] = artifact->uncertainty;
+    }
     for (std::size_t i = 0; i < 3; ++i) {
         const std::string axis(1, letters[i]);
         if (const auto& its = practice.cool_down[i])
@@ -173,8 +184,26 @@ nlohmann::json practice_json(const GrowthAnalysis& test) {
     for (const auto& [name, range] : practice.ranges) j["temperature_ranges_k"][name] = range;
     j["probe"] = {{"largest_mm", test.probe.largest()},
                   {"uncertainty_mm", test.probe.sigma},
-                  {"seen", test.probe.seen()}};
+                  {"seen", test.probe.seen()},
+                  {"passes", nlohmann::json::array()}};
+    for (const ProbeDrift::Pass& pass : test.probe.passes)
+        j["probe"]["passes"].push_back(
+            {{"pass", pass.number}, {"time_s", pass.time}, {"change_mm", pass.change}});
     return j;
+}
+
+// At most 400 values of a sensor, for a chart.
+nlohmann::json temperatures_json(const GrowthAnalysis& test) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const auto& [sensor, samples] : test.temperatures) {
+        nlohmann::json its{{"name", test.sensor_name(sensor)}};
+        for (std::size_t i = 0; i < samples.size(); i += samples.size() / 400 + 1) {
+            its["time_s"].push_back(samples[i].first);
+            its["value"].push_back(samples[i].second);
+        }
+        all.push_back(std::move(its));
+    }
+    return all;
 }
 
 nlohmann::json test_json(const GrowthAnalysis& test) {
@@ -183,9 +212,17 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["log"] = log.file;
     j["machine"] = log.machine;
     j["begun"] = log.begun;
+    j["title"] = log.title();
+    j["warming"] = log.warming;
     j["clause"] = clause(log);
     j["duration_s"] = test.duration;
     j["passes"] = test.passes;
+    j["parts"] = test.parts;
+    j["breaks_s"] = test.breaks;
+    j["has_off"] = test.has_off;
+    j["has_on"] = test.has_on;
+    j["duty_changed"] = test.duty_changed;
+    j["temperatures_degc"] = temperatures_json(test);
     j["stop"] = test.stop == growth_test::Stop::stable         ? "stable"
                 : test.stop == growth_test::Stop::maximum_time ? "maximum time"
                                                                : "not reached";
@@ -200,7 +237,8 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["axes"] = axes_json(test);
     j["compensation"] = compensation_json(test);
     if (test.identified)
-        j["identified"] = growth_identified_json(*test.identified);
+        j["identified"] = growth_identified_json(*test.identified),
+        j["settings"] = growth_settings(log.file, log.begun, *test.identified);
     else
         j["identified"] = nullptr, j["not_identified"] = test.not_identified;
     if (test.rigid) j["rigid_part"] = rigid_part_json(test);
@@ -217,6 +255,7 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
 std::string growth_json(const std::vector<GrowthAnalysis>& tests) {
     nlohmann::json all;
     all["version"] = 1;
+    all["version_of_plumb"] = PLUMB_VERSION;
     for (const GrowthAnalysis& test : tests) all["tests"].push_back(test_json(test));
     return all.dump(1) + '\n';
 }

@@ -104,10 +104,7 @@ GrowthPractice growth_practice(const GrowthAnalysis& analysis) {
     for (const auto& [sensor, samples] : analysis.temperatures) {
         const auto [low, high] = std::minmax_element(
             samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-        const auto named = analysis.log->sensors.find(sensor);
-        practice.ranges.emplace_back(
-            named == analysis.log->sensors.end() ? "sensor " + std::to_string(sensor) : named->second,
-            high->second - low->second);
+        practice.ranges.emplace_back(analysis.sensor_name(sensor), high->second - low->second);
     }
     return practice;
 }

@@ -35,7 +35,4 @@ struct GrowthPractice {
 
 GrowthPractice growth_practice(const GrowthAnalysis& analysis);
 
-// Its sections of the page, with the drift of the probe.
-std::string practice_page(const GrowthAnalysis& analysis);
-
 }  // namespace plumb::commissioning

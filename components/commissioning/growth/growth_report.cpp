@@ -11,13 +11,6 @@
 namespace plumb::commissioning {
 namespace {
 
-const GrowthSeries* other_state(const GrowthAnalysis& test, const GrowthSeries& of) {
-    for (const GrowthSeries& each : test.series)
-        if (each.bore == of.bore && each.turned == of.turned && each.compensated != of.compensated)
-            return &each;
-    return nullptr;
-}
-
 // Why the compensation is not determined, and what would determine it.
 std::string undetermined_sentence(const GrowthAnalysis& test) {
     const CompensationFinding& its = test.finding;
@@ -71,20 +64,6 @@ std::string clause(const GrowthLog& log) {
            "at a stopped spindle";
 }
 
-GrowthChart::Line line_of(const GrowthSeries& series, int axis, const std::string& name, int colour,
-                          bool dashed) {
-    GrowthChart::Line line{name, colour, dashed, {}};
-    int part = 0;
-    for (const GrowthPoint& point : series.points) {
-        if (point.part != part) line.points.emplace_back(point.time / seconds_per_hour, GrowthVisit::none);
-        part = point.part;
-        line.points.emplace_back(point.time / seconds_per_hour, point.deviation[axis] * 1e3);
-    }
-    for (const GrowthPoint& point : series.cool_down)
-        line.points.emplace_back(point.time / seconds_per_hour, point.deviation[axis] * 1e3);
-    return line;
-}
-
 std::string compensation_sentence(const GrowthAnalysis& test) {
     if (!test.has_on || !test.has_off) return "Only one state was probed: the compensation is not judged.";
     std::string text = sentence(test.finding.fault);
@@ -108,67 +87,6 @@ std::string compensation_sentence(const GrowthAnalysis& test) {
         test.finding.fault == CompensationFault::too_strong)
         text += " Its gain is " + number(test.finding.gain, 2) + ".";
     return text;
-}
-
-std::vector<GrowthChart> growth_charts(const GrowthAnalysis& test) {
-    std::vector<GrowthChart> charts;
-    if (!test.temperatures.empty()) {
-        GrowthChart chart{"temperatures", "Temperatures", "\u00b0C", {}, 0};
-        int colour = 0;
-        for (const auto& [sensor, samples] : test.temperatures) {
-            const auto name = test.log->sensors.find(sensor);
-            GrowthChart::Line line{
-                name == test.log->sensors.end() ? "sensor " + std::to_string(sensor) : name->second,
-                colour++,
-                false,
-                {}};
-            const std::size_t every = samples.size() / 400 + 1;
-            auto next_break = test.breaks.begin();
-            for (std::size_t i = 0; i < samples.size(); i += every) {
-                const double hours = samples[i].first / seconds_per_hour;
-                if (next_break != test.breaks.end() && samples[i].first >= *next_break) {
-                    line.points.emplace_back(hours, GrowthVisit::none);
-                    ++next_break;
-                }
-                line.points.emplace_back(hours, samples[i].second);
-            }
-            chart.lines.push_back(std::move(line));
-        }
-        charts.push_back(std::move(chart));
-    }
-    const GrowthSeries* const worst = test.worst(!test.has_off);
-    const auto probed = [&](int axis) {
-        const auto i = static_cast<std::size_t>(axis);
-        return test.off[i].probed || test.on[i].probed;
-    };
-    for (int axis = 0; worst && axis < 3; ++axis) {
-        if (!probed(axis)) continue;
-        GrowthChart chart{std::string(1, "xyz"[axis]) + "-off-and-on",
-                          std::string(1, letters[axis]) + " of " + worst->name() + ", the worst",
-                          "\u00b5m",
-                          {},
-                          test.log->tolerance[static_cast<std::size_t>(axis)] * 1e3};
-        chart.lines.push_back(line_of(*worst, axis,
-                                      worst->compensated ? "compensation on" : "compensation off",
-                                      worst->compensated ? 0 : 1, false));
-        if (const GrowthSeries* other = other_state(test, *worst))
-            chart.lines.push_back(line_of(*other, axis, "compensation on", 0, false));
-        charts.push_back(std::move(chart));
-    }
-    for (int axis = 0; axis < 3 && test.series.size() > 1; ++axis) {
-        if (!probed(axis)) continue;
-        GrowthChart chart{std::string(1, "xyz"[axis]) + "-bores",
-                          std::string(1, letters[axis]) + " of all bores, " +
-                              (test.has_off ? "without compensation" : "with compensation"),
-                          "\u00b5m",
-                          {},
-                          test.log->tolerance[static_cast<std::size_t>(axis)] * 1e3};
-        for (const GrowthSeries& series : test.series)
-            if (series.compensated == !test.has_off)
-                chart.lines.push_back(line_of(series, axis, series.name(), series.bore - 1, series.turned));
-        charts.push_back(std::move(chart));
-    }
-    return charts;
 }
 
 std::string growth_csv(const GrowthAnalysis& test) {

@@ -2,17 +2,11 @@
 #pragma once
 
 #include "components/commissioning/growth/growth_analysis.hpp"
-#include "components/commissioning/growth/growth_chart.hpp"
 
 #include <string>
 #include <vector>
 
 namespace plumb::commissioning {
-
-std::vector<GrowthChart> growth_charts(const GrowthAnalysis& analysis);
-
-// One self-contained page about one or several tests; several are compared.
-std::string growth_page(const std::vector<GrowthAnalysis>& tests);
 
 // Every deviation of one test, a line each.
 std::string growth_csv(const GrowthAnalysis& test);

@@ -5,21 +5,15 @@
 #include <CLI/Formatter.hpp>
 #include <nlohmann/json.hpp>
 
-#include <cerrno>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <stdexcept>
 #include <string>
-#include <string_view>
-#include <system_error>
 #include <vector>
 
-#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include "components/commissioning/growth/growth_gauges.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
@@ -28,7 +22,6 @@
 #include "components/commissioning/picture_file.hpp"
 #include "hal/command_line.hpp"
 #include "hal/program_end.hpp"
-#include "hal/regular_file.hpp"
 
 extern char** environ;
 
@@ -40,7 +33,8 @@ namespace fs = std::filesystem;
 hal::CommandPage growth_manual() {
     return {
         "plumb-growth",
-        "report LOG...|GAUGES.csv [--distance MM] [--output DIR] | identify LOG|GAUGES.csv... [--sensors "
+        "report LOG...|GAUGES.csv [--distance MM] [--output DIR|--json] | identify LOG|GAUGES.csv... "
+        "[--sensors "
         "A,B] | plan --hours H [--log LOG] [--door] [--ngc]",
         {{"DESCRIPTION",
           R"(Shows how much a machine grows as it warms, and whether its compensation helps. growth_log(1) writes the logs. A
@@ -52,9 +46,10 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
   results.json  all results in full precision, with rank and "determined"
   results.csv   every deviation and compensation of the first log
   *.hal         axis_growth_settings.hal, if the first log shows a law of the machine
-  *.png         the charts of the first log, if rsvg-convert is installed
+  *.png         the charts of the first log, if python3-matplotlib is installed
 
-Several logs are compared, such as before and after a repair. They must be of one machine.
+Several logs are compared, such as before and after a repair. They must be of one machine. --json prints results.json
+and writes nothing.
 
 The verdict of an axis is pass if it stays within its tolerance by its uncertainty U, and the test reached its end. It is fail as
 soon as a deviation leaves the tolerance by as much. The page has the budget of U. A prediction is advice and never counts.
@@ -66,8 +61,8 @@ plumb growth identify without options.)"},
 TABLES describes. X1 and Y1 are at the end of the mandrel, X2 and Y2 nearer to the spindle, --distance mm apart; they show the
 tilt. It prints the displacements after 1 h and 4 h and in the end, their range and largest rate, the cool-down after the spindle
 stopped, and the steady state. If the spindle did not turn, the ranges are the environmental temperature variation error (ETVE). It
-names each quantity of ISO 230-3 that the record does not contain. The folder has report.html alone. --json prints JSON, with the
-values as they were read.)"},
+names each quantity of ISO 230-3 that the record does not contain. The folder has report.html and results.json, with the values
+as they were read. --json prints them.)"},
          {"TABLES",
           R"(GAUGES.csv is a table of a logger or a spreadsheet, whose first row follows a line of heads. Tabs, semicolons,
 commas, bars or blanks separate the columns; the decimal mark is a point or a comma; the text is UTF-8, UTF-16 or
@@ -149,22 +144,38 @@ fs::path folder_of(const std::string& file, const std::string& output) {
     return output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
 }
 
+// The page and the charts of results.json, by growth_page.py beside Plumb's other shared files.
+void make_page(const fs::path& folder) {
+    const fs::path program = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" /
+                             "plumb" / "growth" / "growth_page.py";
+    std::string words[] = {"python3", "-B", program.string(), folder.string()};
+    char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), nullptr};
+    pid_t child = 0;
+    int status = 0;
+    if (posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, arguments, environ) != 0 ||
+        waitpid(child, &status, 0) != child || status != 0)
+        throw std::runtime_error(folder.string() + " has the results, but not their page: see above");
+    std::cout << "Report: " << (folder / "report.html").string() << '\n';
+}
+
 int report_gauges(const std::string& file, const Heads& heads, double distance, const std::string& output,
                   bool json) {
     const GrowthCourse course = table_in(file, heads);
     const GrowthGauges found = growth_gauges(course, distance);
     if (json) {
-        std::cout << found.json(course);
+        std::cout << found.json(course) << '\n';
         return 0;
     }
     const fs::path folder = folder_of(file, output);
+    const nlohmann::json results{{"gauges", found.json(course)}, {"version_of_plumb", PLUMB_VERSION}};
     fs::create_directories(folder);
-    write_file(folder / "report.html", found.page());
-    std::cout << found.text() << "Report: " << (folder / "report.html").string() << '\n';
+    write_file(folder / "results.json", results.dump() + '\n');
+    std::cout << found.text() << std::flush;
+    make_page(folder);
     return 0;
 }
 
-int report(const std::vector<std::string>& files, const std::string& output) {
+int report(const std::vector<std::string>& files, const std::string& output, bool json) {
     std::vector<GrowthLog> logs;
     for (const std::string& file : files) logs.push_back(read_growth_log(file));
     for (const GrowthLog& log : logs)
@@ -176,9 +187,12 @@ int report(const std::vector<std::string>& files, const std::string& output) {
         tests.push_back(analysed(log));
         identify_law(tests.back());
     }
+    if (json) {
+        std::cout << growth_json(tests);
+        return 0;
+    }
     const fs::path folder = folder_of(files.front(), output);
     fs::create_directories(folder);
-    write_file(folder / "report.html", growth_page(tests));
     write_file(folder / "results.json", growth_json(tests));
     write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
@@ -187,16 +201,8 @@ int report(const std::vector<std::string>& files, const std::string& output) {
                    growth_settings(logs.front().file, logs.front().begun, *tests.front().identified));
     else
         fs::remove(settings);
-    bool drawn = true;
-    for (const GrowthChart& chart : growth_charts(tests.front())) {
-        const fs::path svg = folder / (chart.file + ".svg");
-        write_file(svg, chart.svg(true));
-        drawn = drawn && to_png(svg, folder / (chart.file + ".png"));
-        fs::remove(svg);
-    }
-    for (const GrowthAnalysis& test : tests) std::cout << growth_summary(test);
-    std::cout << "Report: " << (folder / "report.html").string() << '\n';
-    if (!drawn) std::cout << "No PNG charts: install rsvg-convert (librsvg2-bin).\n";
+    for (const GrowthAnalysis& test : tests) std::cout << growth_summary(test) << std::flush;
+    make_page(folder);
     return 0;
 }
 
@@ -283,7 +289,7 @@ static int carry_out(int argc, char** argv) {
     planning->add_flag("--ngc", as_program, "Print the subroutine growth_plan.");
     for (CLI::App* const each : {reporting, identifying, planning}) {
         each->add_flag("--json", json,
-                       each == reporting ? "Print JSON, of a table of gauges." : "Print JSON.");
+                       each == reporting ? "Print the results as JSON, and write no folder." : "Print JSON.");
         each->add_option("--head", heads, "Read a head of a table as another one.")->type_name("'HEAD=HEAD'");
     }
     return plumb::hal::carry_out(app, argc, argv, [&] {
@@ -328,7 +334,7 @@ static int carry_out(int argc, char** argv) {
         }
         if (logs.size() == 1 && !is_growth_log(logs.front()))
             return report_gauges(logs.front(), heads_of(heads), distance, output, json);
-        return report(logs, output);
+        return report(logs, output, json);
     });
 }
 

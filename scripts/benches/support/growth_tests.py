@@ -148,9 +148,12 @@ def add_axis_growth(host, lines, instance="axis-growth", place=(0, -60, -140)):
             host.command(line)
 
 
-def results_of(log, folder):
-    """The first test in results.json of plumb growth report."""
+def results_of(log, folder=None):
+    """The first test in the results of plumb growth report; in a folder, which then has its page, too."""
     program = os.path.join(BUILD, "bin", "plumb-growth")
+    if folder is None:
+        done = subprocess.run([program, "report", log, "--json"], check=True, stdout=subprocess.PIPE, text=True)
+        return json.loads(done.stdout)["tests"][0]
     subprocess.run([program, "report", log, "--output", folder], check=True, stdout=subprocess.DEVNULL)
     with open(os.path.join(folder, "results.json"), encoding="utf-8") as file:
         return json.load(file)["tests"][0]
