@@ -265,6 +265,7 @@ printf '[JOINT_0]\\nBACKLASH = 0\\n' > my.ini"""),
         "scripts/bench growth": Tested("tests/scripts/growth_bench_test.py", "growth.bench(machines"),
         "scripts/bench growth --curve FILE ...": Tested("tests/scripts/growth_bench_test.py", "growth_curves.read_curve("),
         "scripts/bench growth_faults": LONG,  # with one machine, too: nine faults
+        "scripts/bench growth_readme": Tested("tests/scripts/growth_readme_bench_test.py", "growth_readme.run("),
         "scripts/bench mill_growth": LONG,  # with one machine, too: six tests
         "scripts/bench axis_growth": Run(".", change=("axis_growth", "axis_growth --seeds 1 --for 10min")),
         "scripts/bench axis_growth --days ...": Tested("tests/commissioning/plumb_growth_test.py", "growth_days.pair("),
