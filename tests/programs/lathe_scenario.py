@@ -274,7 +274,7 @@ class Shift(Scenario):
         for value in (False, True, False):
             self.host.set("lathe.new-stock", value)
             self.machine.wait(0.05)
-        self.machine.mdi("M450 P1 Q2 D10")  # forgets the cuts before, which would halt it at once
+        self.machine.mdi("M450 P1 Q2 D11")  # forgets the cuts before, which would halt it at once
         self.halt(halt)
         self.machine.mdi(words, wait=False)
 
@@ -340,7 +340,7 @@ class Shift(Scenario):
         inputs = self.host.get(["centre.cut-number", "lathe.truth-cutting", "centre.measure", "centre.value-valid"])
         taken, *others = inputs
         wanted = MEASURE if STEPS[step] is None else STEPS[step]
-        if step == "begun" and self.host.get("centre.status-code") != 41:
+        if step == "begun" and self.host.get(["centre.status-code", "motion.analog-out-12"]) != [41, 10]:  # D of M455, not of M450
             return False
         return sum(1 << k for k, bit in enumerate([taken > 0, *others]) if bit) in (wanted, wanted | CUTTING)
 
