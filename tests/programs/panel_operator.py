@@ -316,7 +316,17 @@ class Operator:
         finger.press("Growth of Z")
 
     def reference(self):
-        """Coordinates of the contacts."""
+        """Coordinates of the contacts. plumb-retain may walk through the rows meanwhile: two walks agree."""
+        walks = [None]
+
+        def agree():
+            walks.append(self.walk())
+            return walks[-1] == walks[-2]
+
+        self.finger.until(agree, "the rows")
+        return walks[-1]
+
+    def walk(self):
         found = []
         for row in range(self.host.get("growth.rows")):
             def shown(row=row):
