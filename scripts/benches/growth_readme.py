@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs the commands of configs/growth/README.md on drawn machines in complete LinuxCNCs, and counts what the user gets.
+"""Runs the commands of configs/growth/README.md on drawn machines in complete LinuxCNCs, and counts the good tries.
 
 The commands stand as in the README: the test of the machine, its report, the settings of axis_growth, a second test with them, its
 report, and the plans. The number of the machine is a line at the end of accelerated.hal; a command that needs a screen is left out.
@@ -20,7 +20,7 @@ TARGETS = "product"
 README = os.path.join(ROOT, "configs", "growth", "README.md")
 WITH_SCREEN = "linuxcnc axis.ini"
 GOOD_GAIN = (0.9, 1.15)
-# Lines that say why a run ended, among those of LinuxCNC's programs.
+# LinuxCNC's programs and Plumb's programs print these lines if a run ends early.
 SAID = re.compile(r"(plumb \w+|Growth test|Interlock|LinuxCNC|\S+\.ngc|.* aborted|.* (does|did) not answer|Queue is|Probe)\b.*(?<!instead of \d\d)$")
 
 
@@ -39,7 +39,7 @@ def main():
 
 
 def commands():
-    """Those of the README's code blocks, in their order; the one that ends in the folder of the machine comes first."""
+    """The commands of the README's code blocks, in their order; the command that ends in the folder of the machine comes first."""
     with open(README, encoding="utf-8") as file:
         lines = re.findall(r"(?m)^    (\S.*)$", file.read())
     return [line for line in lines if line != WITH_SCREEN]
@@ -108,7 +108,7 @@ def contradictions(test):
 
 
 def judged(outcome):
-    """What is wrong with a try: sentences; none if it is good."""
+    """The faults of a try, a sentence for each fault."""
     first, second = outcome["tests"]
     wrong = [outcome["failed"]] if outcome["failed"] else []
     for name, test in (("first", first), ("second", second)):

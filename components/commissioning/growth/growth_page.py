@@ -163,7 +163,7 @@ def charts_of_gauges(gauges):
 
 
 def prepare(test):
-    """Adds to the results of a test what the template asks for."""
+    """Adds the fields of the template to the results of a test."""
     test["both"] = test["has_off"] and test["has_on"]
     cross = test["compensation"].get("cross_gains", {})
     test["cross"] = cross if sum(cell["value"] is not None for cell in cross.get("X", {}).values()) > 1 else None

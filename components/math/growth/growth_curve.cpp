@@ -58,7 +58,7 @@ struct Model {
     double steady = 0, steady_square = 0, rate = 0, rate_square = 0;  // values and variances
 };
 
-// All sets of `count` time constants, behind those of `its`.
+// Appends each set of `count` time constants that begins with the constants of `its`.
 void add_models(std::vector<Model>& all, Model its, int count, int first) {
     if (its.count == count) {
         all.push_back(its);
