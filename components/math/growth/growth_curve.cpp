@@ -150,6 +150,38 @@ double fit(Model& its, const Row& row, const MatrixXd& products, double range, d
     return rest;
 }
 
+// The mean over weighted fits, whose spread is a part of its sigma. Squares: of a value, with its variance.
+class Mean {
+public:
+    void add(double weight, double steady, double steady_square, double rate, double rate_square,
+             double noise_square) {
+        sum_ += weight;
+        values_ += weight * Eigen::Vector2d(steady, rate);
+        squares_ += weight * Eigen::Vector3d(steady_square, rate_square, noise_square);
+    }
+
+    double of(double total) const { return total / sum_; }
+
+    // `first`: the value at which steady is 0.
+    GrowthCurve curve(double first) const {
+        const auto sigma = [this](int i) {
+            return std::sqrt(std::max(of(squares_[i]) - std::pow(of(values_[i]), 2), 0.0));
+        };
+        GrowthCurve its;
+        its.steady = of(values_[0]) + first;
+        its.rate = of(values_[1]);
+        its.steady_sigma = sigma(0);
+        its.rate_sigma = sigma(1);
+        its.noise = std::sqrt(of(squares_[2]));
+        return its;
+    }
+
+private:
+    double sum_ = 0;
+    Eigen::Vector2d values_ = Eigen::Vector2d::Zero();
+    Eigen::Vector3d squares_ = Eigen::Vector3d::Zero();
+};
+
 GrowthCurve mean_of_models(const VectorXd& t, const VectorXd& y) {
     const auto n = static_cast<double>(t.size());
     const double span = t.maxCoeff() - t.minCoeff(), range = std::max(y.maxCoeff() - y.minCoeff(), 1e-12);
@@ -188,29 +220,20 @@ GrowthCurve mean_of_models(const VectorXd& t, const VectorXd& y) {
         sums[count] += std::exp((best[count] - its.aicc) / 2);
     }
     const double first = *std::min_element(best.begin(), best.end());
-    GrowthCurve curve;
-    double all = 0, steady_square = 0, rate_square = 0, noise_square = 0, slowest = 0;
+    Mean mean;
+    double freedom = 0, slowest = 0;
     for (const Model& its : models) {
         const auto count = static_cast<std::size_t>(its.count);
         const double w = std::exp((first - its.aicc) / 2) / sums[count];
         const double wider = its.freedom > 2.5 ? its.freedom / (its.freedom - 2) : 5;  // Student's t
-        all += w;
-        curve.steady += w * its.steady;
-        curve.rate += w * its.rate;
-        curve.freedom += w * its.freedom;
-        steady_square += w * (its.steady * its.steady + wider * its.steady_square);
-        rate_square += w * (its.rate * its.rate + wider * its.rate_square);
-        noise_square += w * its.variance;
+        mean.add(w, its.steady, its.steady * its.steady + wider * its.steady_square, its.rate,
+                 its.rate * its.rate + wider * its.rate_square, its.variance);
+        freedom += w * its.freedom;
         slowest += w * std::log(row.tau[its.constants[count - 1]]);
     }
-    curve.steady /= all;
-    curve.rate /= all;
-    curve.freedom /= all;
-    curve.steady_sigma = std::sqrt(std::max(steady_square / all - curve.steady * curve.steady, 0.0));
-    curve.rate_sigma = std::sqrt(std::max(rate_square / all - curve.rate * curve.rate, 0.0));
-    curve.steady += y[0];
-    curve.noise = std::sqrt(noise_square / all);
-    curve.shorter = span < 2 * std::exp(slowest / all);
+    GrowthCurve curve = mean.curve(y[0]);
+    curve.freedom = mean.of(freedom);
+    curve.shorter = span < 2 * std::exp(mean.of(slowest));
     return curve;
 }
 
@@ -279,27 +302,17 @@ std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eige
         std::max_element(choices.begin(), choices.end(), [](const Choice& a, const Choice& b) {
             return a.weight < b.weight;
         })->weight;
-    double sum = 0, steady_square = 0, rate_square = 0, noise_square = 0, logarithm = 0, logarithm_square = 0;
-    GrowthCurve curve;
+    Mean all;
+    double logarithm = 0, logarithm_square = 0;
     for (const Choice& its : choices) {
         const double w = std::exp(its.weight - best);
-        sum += w;
-        curve.steady += w * its.steady;
-        curve.rate += w * its.rate;
-        steady_square += w * its.steady_square;
-        rate_square += w * its.rate_square;
-        noise_square += w * its.noise * its.noise;
+        all.add(w, its.steady, its.steady_square, its.rate, its.rate_square, its.noise * its.noise);
         logarithm += w * std::log(its.noise);
         logarithm_square += w * std::pow(std::log(its.noise), 2);
     }
-    curve.steady /= sum;
-    curve.rate /= sum;
-    curve.steady_sigma = std::sqrt(std::max(steady_square / sum - curve.steady * curve.steady, 0.0));
-    curve.rate_sigma = std::sqrt(std::max(rate_square / sum - curve.rate * curve.rate, 0.0));
-    curve.steady += y[0];
-    curve.noise = std::sqrt(noise_square / sum);
+    GrowthCurve curve = all.curve(y[0]);
     // A noise that is known within a part p has 1 / (2 p²) degrees of freedom (GUM, G.4.2).
-    const double spread = logarithm_square / sum - std::pow(logarithm / sum, 2);
+    const double spread = all.of(logarithm_square) - std::pow(all.of(logarithm), 2);
     curve.freedom = std::min(1 / (2 * std::max(spread, 1e-3)), 500.0);
     curve.determined = n >= 5 && 4 * curve.steady_sigma < std::max(range, 4 * curve.noise);
     return curve;
