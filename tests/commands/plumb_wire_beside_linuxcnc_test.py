@@ -6,6 +6,7 @@ import os
 import subprocess
 import unittest
 
+from long import long
 from tree import BUILD, own_folder
 from wire_sample import AXIS_MM, Sample
 
@@ -13,6 +14,7 @@ ROUNDS = int(os.environ.get("PLUMB_ROUNDS", "1"))
 APART = ["unshare", *([] if os.geteuid() == 0 else ["--user", "--map-current-user"]), "--pid", "--fork", "--mount-proc", "--kill-child"]
 
 
+@long
 @unittest.skipIf(subprocess.run([*APART, "true"], check=False).returncode, "this computer gives no namespace of processes")
 class Beside(Sample):
     def setUp(self):

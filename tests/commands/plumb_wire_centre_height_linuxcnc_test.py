@@ -10,6 +10,7 @@ import subprocess
 import unittest
 
 import wire_samples
+from long import long
 from tree import BUILD, ROOT, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
@@ -76,6 +77,7 @@ M2
 """ % tuple(map(inches, (0.2, 0.195, 0.19, 0.2, 0.025, 0.02)))
 
 
+@long
 class Lathe(unittest.TestCase):
     def test_without_y_cuts_in_inches_and_in_millimetres_correct_x_and_the_lands_of_m455_are_refused(self):
         folder = os.path.join(own_folder(self), "lathe")

@@ -5,6 +5,7 @@
 import os
 import unittest
 
+from long import long
 from wire_sample import Sample, read, write
 
 INCH = "sim/axis/axis.ini"
@@ -45,6 +46,7 @@ class Chopping(Sample):
         self.assertIn("setp chop.max-feed           %.6g\n" % (0.8 * 5), settings)  # of MAX_VELOCITY
         self.assertIn("setp chop.max-acceleration  %.6g\n" % (0.5 * 50), settings)
 
+    @long
     def test_the_axis_that_the_ini_file_names_feeds_in_by_a_stage_of_its_own(self):
         text = read(self.ini(INCH))
         write(self.ini(INCH), text + "\n[CHOPPING]\nSECTIONS = 0\nINFEED = 1\nINFEED_AXIS = Y\n")

@@ -7,6 +7,7 @@ import sys
 import types
 import unittest
 
+from long import long
 from tree import BUILD, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
@@ -48,6 +49,7 @@ class Conflicts(Sample):
         )
         self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
 
+    @long
     def test_an_inhibit_of_the_user_is_joined(self):
         self.add_halfile(
             "net door motion.feed-inhibit\nnet wait motion.digital-in-00\nloadusr -W plumb-retain --file $(CONFIG_DIR)/mine.toml\n"
@@ -67,6 +69,7 @@ class Conflicts(Sample):
         order = read(os.path.join(self.folder(AXIS_MM), "order.tcl"))
         self.assertLess(order.index("  interlock.update\n"), order.index("  feed-inhibit-of-all\n"))
 
+    @long
     def test_a_machine_that_fails_by_itself_is_told_from_one_that_fails_with_plumb(self):
         flat = self.refusal("net switch joint.1.pos-lim-sw-in\nsets switch 1\n", "squareness")
         self.assertRegex(flat, "The same machine without Plumb fails too: joint 1 on limit switch error")

@@ -8,6 +8,7 @@ import shutil
 import unittest
 
 import wire_samples
+from long import long
 from tree import own_folder
 from wire_sample import read, write
 
@@ -35,6 +36,7 @@ class Gallery(unittest.TestCase):
         self.assertIn("net y-tool-offset motion.tooloffset.y => motion.analog-in-13\n", files["centre_height.hal"])
         self.assertNotIn("centre.y-position", files["centre_height.hal"])
 
+    @long
     def test_functions_take_outputs_that_neither_hal_nor_a_subroutine_uses(self):
         flat, files = self.run_on("many_functions")
         self.assertIn("These modules are not installed here or need hardware. Pins stand in for them here: acme_io.", flat)
@@ -48,6 +50,7 @@ class Gallery(unittest.TestCase):
         self.assertIn("\nCHOP_RUN = 6\n", files["plumb.inc"])
         self.assertIn("#<_chop_run_output>       = #<_ini[PLUMB_NUMBERS]CHOP_RUN>\n", files["chop_numbers.ngc"])
 
+    @long
     def test_a_servo_with_mesa_gets_the_velocity_of_the_offset(self):
         flat, files = self.run_on("mesa_7i76e")
         self.assertRegex(flat, "pid.x.command-deriv has the velocity of the offset in it")
@@ -56,6 +59,7 @@ class Gallery(unittest.TestCase):
         self.assertIn("unlinkp joint.0.vel-cmd\n", files["stages.hal"])
         self.assertFalse(re.search(r"^setp interlock.function-switch", files["stages.hal"], re.M))
 
+    @long
     def test_a_pid_without_the_velocity_of_the_stroke_is_measured_and_named(self):
         flat, _ = self.run_on("servo_pid")
         follows = r"the drive follows the strokes within ([\d.]+) mm"

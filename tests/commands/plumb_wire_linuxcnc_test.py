@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import unittest
 
+from long import long
 from wire_sample import AXIS_MM, Sample, read, write
 
 LATHE = "sim/axis/lathe.ini"
@@ -82,6 +83,7 @@ class Works(Sample):
                 else:
                     self.assertEqual(read(self.ini(AXIS_MM)), expected)
 
+    @long
     def test_a_second_function_joins_the_first_and_settings_of_the_user_stay(self):
         self.assertEqual(self.wire(LATHE, "squareness")[0], 0)
         settings = os.path.join(self.folder(LATHE), "squareness_settings.hal")

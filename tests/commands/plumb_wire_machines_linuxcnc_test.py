@@ -7,6 +7,7 @@ import re
 import unittest
 
 import wire_samples
+from long import long
 from tree import own_folder
 from wire_sample import Sample, read, write
 
@@ -30,6 +31,7 @@ class Machines(Sample):
         self.assertIn("These drivers need hardware. Pins stand in for them here: hostmot2, hm2_pci.", flat)
         self.assertRegex(flat, r"ok \d+ functions stand around motion-controller in servo-thread")
 
+    @long
     def test_kinematics_need_the_joints_to_be_named(self):
         status, _, flat = self.wire(FIVE_AXES, "squareness")
         self.assertEqual(status, 1)

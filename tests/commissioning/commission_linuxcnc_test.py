@@ -16,12 +16,13 @@ import linuxcnc_runs
 import restarts
 from commissioning_machines import prepared
 from linuxcnc_runs import own_folder
+from long import long
 from plumb_folder import TemporaryFolder
 
 
 SEED = 398  # ends a press of the stage, and one of the stroke
-# Sanitized modules take several times as long.
-FAULTS_HERE = ("right", "sign") if os.environ.get("PLUMB_SANITIZE") else ("right", "sign", "second-sign", "drive-sign", "position", "other-source")
+LONG = ("second-sign", "drive-sign", "position", "other-source")
+FAULTS_HERE = ("right", "sign", *(LONG if os.environ.get("PLUMB_LONG") else ()))
 
 
 class Commission(unittest.TestCase):
@@ -53,7 +54,7 @@ class Commission(unittest.TestCase):
             self.assertEqual((its["fault"], its["passed"], its["acts"], its["commissioned"]), ("sign", False, False, False), its)
             self.assertIn(named, its["remedy"])
 
-    @unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
+    @long
     def test_a_stage_that_would_move_by_itself_does_not_pass(self):
         its = self.table["other-source"]
         self.assertEqual((its["fault"], its["passed"], its["titles"][-1]), ("state", False, "x-stage moves X by +0.010 mm"), its)
@@ -107,7 +108,7 @@ class Commission(unittest.TestCase):
         self.assertEqual((off, again), (before, 0))
 
 
-@unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
+@long
 class CommissionStrokes(unittest.TestCase):
     def test_a_grinder_that_is_wired_right_passes_and_a_command_is_no_feedback(self):
         ini = prepared(own_folder(self), "chopping")
@@ -120,7 +121,7 @@ class CommissionStrokes(unittest.TestCase):
         self.assertEqual(its["unpressed"], 0, "only a hand that presses beats")
 
 
-@unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
+@long
 class CommissionGrowth(unittest.TestCase):
     def test_a_slow_return_is_no_fault_and_the_sheet_has_the_sensors(self):
         ini = prepared(own_folder(self), "axis_growth")
@@ -133,7 +134,7 @@ class CommissionGrowth(unittest.TestCase):
         self.assertNotIn("axis-growth.temperature-0: ", untried)
 
 
-@unittest.skipUnless("other-source" in FAULTS_HERE, "sanitized, it takes too long")
+@unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "sanitized, it takes too long")
 class CommissionAttacks(unittest.TestCase):
     """A case of scripts/campaign commission."""
 

@@ -8,6 +8,7 @@ import shutil
 import unittest
 
 import linuxcnc_runs
+from long import long
 from tree import ROOT
 from wire_sample import Sample, plumb_wire, read, write
 
@@ -16,6 +17,7 @@ HELD, STAGE_HELD, ACTS = 12, 13, 0  # function-status
 CORRECTION = 0.00016 * 2  # in, at Z-2
 
 
+@long
 class Wired(Sample):
     def test_an_inch_machine_is_wired_commissioned_and_started_again(self):
         ini = self.ini(INCH)

@@ -7,6 +7,7 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import copy_configuration, own_folder
+from long import long
 from screen import Screen
 from starts import starts
 
@@ -38,6 +39,7 @@ class Axis(unittest.TestCase):
                 self.assertEqual(seen["program"], program)
                 self.assertEqual(seen["errors"], [])
 
+    @long
     def test_without_halui_a_running_program_is_noticed(self):
         without = linuxcnc_runs.at_the_end()
         seen = linuxcnc_runs.despite_axis(lambda: self.work("portal", "axis_portal.ini", "portal_operator.py", HAL=lambda lines: [
@@ -53,6 +55,7 @@ class Axis(unittest.TestCase):
         self.assertEqual(seen["still"], 0.5)
         self.assertFalse(seen["on"])
 
+    @long
     def test_a_growth_test_is_begun_lost_stopped_and_resumed_by_the_finger(self):
         first, second = linuxcnc_runs.despite_axis(self.days_of_growth)
         self.assertEqual(first["program"], "accelerated.ngc")
@@ -73,6 +76,7 @@ class Axis(unittest.TestCase):
             os.remove(os.path.join(machine, "widgets.json"))
         return days
 
+    @long
     def test_strokes_begin_change_and_end_by_the_finger(self):
         seen = linuxcnc_runs.despite_axis(lambda: self.work("grinder", "axis.ini", "chopping_operator.py", CHOPPING=["SECTIONS = 4"]))
         self.assertEqual(seen["program"], "contour.ngc")

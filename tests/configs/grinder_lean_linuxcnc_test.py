@@ -8,6 +8,7 @@ import unittest
 import linuxcnc_runs
 import numpy as np
 from linuxcnc_runs import own_folder, read_recording, um
+from long import long
 from starts import starts
 from wire_sample import plumb_wire, read, write
 
@@ -101,6 +102,7 @@ class Lean(unittest.TestCase):
         self.assertEqual(self.of("square.status-code", "mended")[-1], CORRECTS)
 
 
+@long
 class ChoppingFirst(Lean):
     functions = ("chopping", "squareness")
 

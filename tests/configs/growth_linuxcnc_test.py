@@ -26,6 +26,7 @@ from linuxcnc_runs import (
     start,
     um,
 )
+from long import long
 from starts import starts
 
 SHORT = "#<_growth_rounds> = 1\n#<_growth_dwell> = 6\n#<_growth_feed> = 60\n"
@@ -166,6 +167,7 @@ class KilledAndResumed(unittest.TestCase):
         self.assertTrue(any(abs(value) > um for s in self.results["series"] if s["compensated"] for p in s["points"] for value in p["compensation_mm"]))
 
 
+@long
 class Trunnion(unittest.TestCase):
     def test_a_trunnion_and_one_state_are_probed(self):
         folder = own_folder(type(self))
@@ -183,6 +185,7 @@ class Trunnion(unittest.TestCase):
         self.assertTrue(results["practice"]["artifact"]["applied"])
 
 
+@long
 class Single(unittest.TestCase):
     def test_a_program_that_is_aborted_without_a_message_is_not_called_done(self):
         folder = own_folder(type(self))

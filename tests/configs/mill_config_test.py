@@ -12,6 +12,7 @@ import numpy as np
 import linuxcnc_runs
 import plumb_contacts
 from linuxcnc_runs import BUILD, ROOT, STILL, changes, copy_configuration, own_folder, read_recording, um
+from long import long
 from starts import starts
 
 README = os.path.join(ROOT, "configs", "mill", "README.md")
@@ -282,6 +283,7 @@ class Shift(unittest.TestCase):
         self.assertGreater(os.path.getsize(os.path.join(self.machine, "chart.png")), 10000)
         self.assertIn("Not complete: cycle 5,", output)
 
+    @long
     def test_report_from_a_machine_without_compensation_shows_the_offset_that_it_would_have_applied(self):
         scene = self.scenes["uncompensated"]
         with open(os.path.join(self.machine, "load.txt")) as file:

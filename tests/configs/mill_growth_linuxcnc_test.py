@@ -9,6 +9,7 @@ import subprocess
 import unittest
 
 from linuxcnc_runs import BUILD, copy_configuration, own_folder, own_ini, run_to_the_end, start, um
+from long import long
 from starts import starts
 
 TOLERANCE = 10 * um  # of growth_test.toml
@@ -26,6 +27,7 @@ def tested(folder, program):
     return json.loads(done.stdout)["tests"][0], output
 
 
+@long
 class MillUnderTest(unittest.TestCase):
     def judged(self, program, verdict, sentence):
         results, output = tested(own_folder(type(self)), program)

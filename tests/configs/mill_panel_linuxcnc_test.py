@@ -14,8 +14,10 @@ from starts import starts
 
 sys.path.append(PROGRAMS)
 import lamp  # noqa: E402
+from long import long
 
 
+@long
 class Days(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

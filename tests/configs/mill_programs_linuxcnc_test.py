@@ -8,6 +8,7 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import own_folder, um
+from long import long
 from starts import starts
 
 TOLERANCE = 6 * um  # of the cuts, as in mill_config_test
@@ -19,6 +20,7 @@ setp growth.max-growth-rate 0.0002
 """
 
 
+@long
 class TwoPrograms(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

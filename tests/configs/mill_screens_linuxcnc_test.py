@@ -7,6 +7,7 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import copy_configuration, own_folder
+from long import long
 from screen import Screen
 from starts import starts
 
@@ -29,6 +30,7 @@ class Screens(unittest.TestCase):
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("gmoccapy")
 
+    @long
     def test_in_qtdragon_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("qtdragon")
 

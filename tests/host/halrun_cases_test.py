@@ -12,6 +12,7 @@ import subprocess
 import unittest
 
 import stock_linuxcnc
+from long import long
 from tree import BUILD, ROOT, own_folder
 
 CASES = os.path.join(ROOT, "tests", "halrun_cases")
@@ -125,6 +126,7 @@ class Cases:
         self.expect("session", 0, "sh", "-e", "session")
 
 
+@long
 class Stock(Cases, unittest.TestCase):
     """Proves that the cases expect the behaviour of LinuxCNC."""
 

@@ -54,14 +54,9 @@ def bench(name):
 
 
 def chosen(name):
-    """A test that `scripts/test -R` chooses: a file in Python, or a TEST_F in C++."""
-    words, ending = (name + "_test", name + "_test.py") if "." not in name else ("(%s, %s)" % tuple(name.split(".")), "_test.cpp")
-    for path in glob.glob(os.path.join(ROOT, "tests", "**", "*" + ending), recursive=True):
-        if path.endswith(os.sep + ending):
-            return Tested(os.path.relpath(path, ROOT), "unittest.TestCase")
-        if words in read(path):
-            return Tested(os.path.relpath(path, ROOT), words)
-    return Tested("tests", words)
+    """A file in Python that `scripts/test -R` chooses."""
+    paths = glob.glob(os.path.join(ROOT, "tests", "**", name + "_test.py"), recursive=True)
+    return Tested(os.path.relpath(paths[0], ROOT) if paths else "tests", "unittest.TestCase")
 
 
 def read(path):
@@ -147,12 +142,12 @@ COMMANDS = {
         "scripts/test -R lathe_panel_linuxcnc": chosen("lathe_panel_linuxcnc"),
         "scripts/test -R lathe_linuxcnc": chosen("lathe_linuxcnc"),
         "scripts/test -R lathe_twin_linuxcnc": chosen("lathe_twin_linuxcnc"),
-        "scripts/test -R CentreHeight.LaserBeamsGiveDiameters": chosen("CentreHeight.LaserBeamsGiveDiameters"),
+        "scripts/test -R centre_height_test": Tested("tests/components/compensation/centre_height_test.cpp", "(CentreHeight, LaserBeamsGiveDiameters)"),
     },
     "components/compensation/chopping/README.md": {
         "build/bin/plumb bench ...": HERE,
         "scripts/test -R grinder_linuxcnc": chosen("grinder_linuxcnc"),
-        "scripts/test -R Chopping.Shifts...": chosen("Chopping.ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay"),
+        "scripts/test -R chopping_test": Tested("tests/components/compensation/chopping_test.cpp", "ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay)"),
     },
     "components/compensation/squareness/README.md": {
         "build/bin/plumb bench ...": HERE,

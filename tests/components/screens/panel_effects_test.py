@@ -10,6 +10,7 @@ import plumb
 from tree import BUILD, ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
+from long import long
 from panel import effects, machine  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import parse_pins  # noqa: E402
@@ -156,6 +157,7 @@ class Portal(Standing):
         self.assertEqual(self.host.get("growth.z-offset"), 0, "until the next cycle")
 
 
+@long
 class Trunnion(Standing):
     """squareness of a machine whose table turns about A and C."""
 
@@ -177,6 +179,7 @@ class Trunnion(Standing):
         self.assertEqual({"ez0a", "ex0c", "ea0c", "eb0a", "a-z-pivot"} - set(moved), set())
 
 
+@long
 class Warm(Standing):
     """axis_growth beside two warm sensors."""
 

@@ -11,6 +11,7 @@ import plumb
 from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
+from long import long
 from panel import access, effects, machine, settings  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.guard import Guard  # noqa: E402
@@ -117,9 +118,11 @@ class Said(unittest.TestCase):
         self.host.run(0.05)
         return changed
 
+    @long
     def test_while_all_is_well(self):
         self.assertGreater(self.try_all("integrator", READY), 100)
 
+    @long
     def test_on_a_full_disk(self):
         self.full_disk()
         self.assertGreater(self.try_all("integrator", READY), 100)
