@@ -256,9 +256,11 @@ private:
     }
 
     // The drive is off: nothing moves, and nothing will by itself.
+    // A machine that is switched off stops its spindle, too.
     void freeze() noexcept {
         offset_.freeze();
         motion_.freeze(command());
+        wheel_lost_ = false;
     }
 
     // Motion has taken over the place of the axis.

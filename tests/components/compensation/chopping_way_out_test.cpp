@@ -188,6 +188,17 @@ TEST_F(ChoppingWayOut, ASpindleThatIsOrderedOffWithItsProgramIsNoFault) {
     }
 }
 
+TEST_F(ChoppingWayOut, ASpindleThatStopsWithTheMachineIsNoFault) {
+    start();
+    bench.run(1.75);
+    set("spindle-on", 0);
+    bench.run(0.01);
+    set("motion-enabled", 0);
+    bench.run(4);
+    EXPECT_EQ(get("fault-code"), 0) << "the program still orders strokes";
+    EXPECT_EQ(get("active"), 0);
+}
+
 TEST_F(ChoppingWayOut, AWheelThatTripsInSparkOutLeavesTheWork) {
     set("abort-kind", by_upper);
     set("spark-out", 20);
