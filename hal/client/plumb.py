@@ -34,6 +34,7 @@ import socket
 import struct
 import subprocess
 import sys
+import time
 
 __all__ = ["Host", "Refused", "HostDied", "Halcmd", "Ran", "Violation", "declarations"]
 
@@ -54,7 +55,7 @@ Halcmd = collections.namedtuple("Halcmd", "status output")
 Halcmd.__doc__ = "The result of halcmd: its exit status (0 is success), and all output."
 
 Ran = collections.namedtuple("Ran", "time ran ended")
-Ran.__doc__ = "Virtual time after a run, how long it was, and 'replay' if a replayed file ended it, else ''."
+Ran.__doc__ = "Virtual time after a run, how long it was, and what ended it early: 'replay' (the file's end), 'limit', or ''."
 
 Violation = collections.namedtuple("Violation", "id count first_time values")
 Violation.__doc__ = "In how many periods an expectation did not hold, when first, and its variables' values then."
@@ -164,14 +165,23 @@ class Host:
         for first in range(0, len(pairs), _AT_ONCE):
             self._requests([{"do": "set", "name": its, "value": _to_json(wanted)} for its, wanted in pairs[first : first + _AT_ONCE]])
 
-    def run(self, seconds, progress=None):
+    def run(self, seconds, progress=None, limit=None):
         """Moves virtual time; returns a Ran.
 
         About five times a second of real time, progress(seconds done) is called; if it returns False the
-        run stops at the next period. An interrupt (Ctrl-C) stops it as well, and is raised.
+        run stops at the next period. After `limit` seconds of real time it stops too, and Ran.ended is
+        "limit". An interrupt (Ctrl-C) stops it as well, and is raised. A function that does not return within
+        5 s of real time ends the host: HostDied names the function.
         """
+        end = math.inf if limit is None else time.monotonic() + limit
+        ended = ""
+
         def heard(done):
-            if progress is not None and progress(done / 1e9) is False:
+            nonlocal ended, end
+            goes_on = progress is None or progress(done / 1e9) is not False
+            if time.monotonic() > end:
+                goes_on, ended, end = False, "limit", math.inf
+            if not goes_on:
                 self._send({"do": "stop"})
 
         try:
@@ -179,7 +189,7 @@ class Host:
         except KeyboardInterrupt:
             self._send({"do": "stop"})
             raise
-        return Ran(answer["time"] / 1e9, answer["ran"] / 1e9, answer.get("ended", ""))
+        return Ran(answer["time"] / 1e9, answer["ran"] / 1e9, answer.get("ended", "") or ended)
 
     def record(self, file, names, every, append=False):
         """Writes values into a CSV file: a row now and one after each `every` seconds. Returns an id."""

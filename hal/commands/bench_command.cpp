@@ -385,7 +385,8 @@ because they follow the computer's clock; plumb bench then prints a note.
 
 The bench has a HAL of its own. It disturbs no LinuxCNC on the same computer, and no other bench.
 
-Ctrl-C ends the run cleanly and keeps the recording.)"},
+Ctrl-C ends the run cleanly and keeps the recording. If a realtime function does not return within 5 s of the computer's
+clock, or a module is not loaded within 60 s, the bench names the function or module and ends with 1.)"},
          {"STATEMENTS",
           R"(A statement for --expect is an expression of muParser that is true or false. It is one of these:
 

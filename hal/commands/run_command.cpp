@@ -184,7 +184,8 @@ A HAL configuration at twenty times the clock, with its user-space programs:
   plumb run --speed 20 -- halrun -f filter.hal)"},
          {"EXIT STATUS",
           R"(The status of the program; 128 + N if signal N killed it, 127 if there is no such program, 126 if it cannot be
-executed. 1 if the host cannot run, has lost milltask, or could not bring all new files to /tmp; 2 for a wrong command line.
+executed. 1 if the host cannot run, has lost milltask, or could not bring all new files to /tmp, and if a realtime function
+does not return within 5 s or a module is not loaded within 60 s; 2 for a wrong command line.
 
 The linuxcnc script ends with 0 when a signal asks it to end. Without a terminal it writes its output into files in HOME
 and prints nothing; plumb run then starts it with its option -r, and the output stays here. A script that starts linuxcnc

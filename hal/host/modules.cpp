@@ -12,6 +12,7 @@
 #include <map>
 
 #include "hal/host/rtapi.hpp"
+#include "hal/host/watchdog.hpp"
 
 namespace plumb::host {
 
@@ -179,7 +180,10 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
             return -1;
         }
     }
-    const int result = main();
+    const int result = [&] {
+        const Watchdog watchdog(name);
+        return main();
+    }();
     if (result < 0) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: rtapi_app_main: %s (%d)\n", name.c_str(), std::strerror(-result),
                         result);

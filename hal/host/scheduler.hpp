@@ -48,11 +48,17 @@ public:
     // Id of the running task, or -EINVAL outside any task.
     int running() const;
 
+    // Whether a task runs. Any thread may ask.
+    bool runs() const { return __atomic_load_n(&running_, __ATOMIC_RELAXED) != nullptr; }
+
     // Whether the address lies in the page that guards the end of the running task's stack.
     bool guards(const void* address) const;
 
     // The instant that the clock stands at: a release, or the end of a run.
     Nanoseconds time() const { return time_; }
+
+    // The same, for another thread.
+    Nanoseconds seen_time() const { return __atomic_load_n(&time_, __ATOMIC_RELAXED); }
 
     // The time of a realtime clock. Each reading is 1 ns after the one before, so that a busy wait comes to
     // an end.

@@ -10,6 +10,7 @@
 #include "hal/host/motion_status.hpp"
 #include "hal/host/names.hpp"
 #include "hal/host/scheduler.hpp"
+#include "hal/host/watchdog.hpp"
 
 namespace plumb::host {
 
@@ -44,6 +45,7 @@ bool Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
     using Clock = std::chrono::steady_clock;
     constexpr int releases_between_looks = 64;  // a look at the real clock costs as much as a release
     const auto give_up = Clock::now() + patience;
+    const Watchdog watchdog;
     Scheduler& tasks = scheduler();
     const bool expecting = !expectations_.empty();
     Nanoseconds row = next_row();
