@@ -9,7 +9,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BUILD = os.environ.get("PLUMB_BUILD", os.path.join(ROOT, "build"))
 CONFIGS = os.path.join(ROOT, "configs")
-sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "commissioning", "wire", "wiring")]
+sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "commissioning", "wire", "wiring"), os.path.join(ROOT, "hal", "models")]
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from later_files import LaterFiles  # noqa: E402

@@ -205,6 +205,7 @@ private:
             arguments.push_back("--option");
             arguments.push_back(option);
         }
+        if (!start.models.empty()) arguments.insert(arguments.end(), {"--models", start.models});
         if (!start.namespaces) arguments.push_back("--no-namespaces");
         if (start.guard) arguments.push_back("--guard");
         std::vector<char*> argv;

@@ -38,6 +38,7 @@ std::string find_host();
 struct Start {
     std::vector<std::string> modules;         // folders of modules, searched before build and LinuxCNC's own
     std::vector<std::string> module_options;  // MODULE.NAME=VALUE, in the place of those in loadrt lines
+    std::string models;                       // list of models of drivers; empty: none
     bool namespaces = true;                   // false: in the machine's one HAL, one host at a time
     bool guard = false;        // watch for allocations and, on x86-64, system calls in realtime functions
     bool show_output = false;  // pass output of the host and its programs on to stderr

@@ -23,6 +23,7 @@
 #include "hal/client/duration.hpp"
 #include "hal/command_line.hpp"
 #include "hal/commands/command.hpp"
+#include "hal/commands/models.hpp"
 #include "hal/host/arguments.hpp"
 #include "hal/host/decimal.hpp"
 #include "hal/host/statement.hpp"
@@ -47,6 +48,7 @@ struct BenchOptions {
     std::string output;
     std::vector<std::string> modules, module_options;
     bool namespaces = true;
+    bool models = false;
 };
 
 // While it lives, the first SIGINT or SIGTERM is noted instead of ending the program; the second ends it.
@@ -350,6 +352,10 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         ->allow_extra_args(false)
         ->check(host::option_problem)
         ->type_name("MODULE.NAME=VALUE");
+    command.add_flag(
+        "--models", options.models,
+        "Puts models in the place of drivers whose hardware is not here, and of programs that need a screen "
+        "or a device.");
     command.add_flag_callback(
         "--no-namespaces", [&] { options.namespaces = false; },
         "Runs on the computer's one HAL, one bench at a time. Where the system forbids namespaces, this is "
@@ -400,6 +406,9 @@ You can use + - * / ^, brackets, and functions such as abs, min, max, sqrt, sin,
 
 Expressions that cannot fail or would change a value are refused: a number alone, {NAME} = 5 (write ==), a comma outside
 a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
+         {"MODELS",
+          R"(With --models, drivers whose hardware is not here are models; plumb-run(1) says what they do. Joints need the INI
+file, by --ini.)"},
          {"EXIT STATUS",
           R"(0 if the whole time was simulated and every statement held; 1 if a statement did not hold, or after an error; 2
 for a wrong command line; 130 after Ctrl-C.)"},
@@ -432,6 +441,11 @@ int bench(const BenchOptions& options) {
     start.module_options = options.module_options;
     start.namespaces = options.namespaces;
     start.show_output = true;
+    if (options.models) {
+        std::vector<std::string> files = options.files;
+        if (!options.ini.empty()) files.insert(files.begin(), options.ini);
+        start.models = models_of(files);
+    }
     Client host(start);
     load(host, options);
     std::vector<std::string> programs = host.programs();

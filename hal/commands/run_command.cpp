@@ -20,6 +20,7 @@
 #include "hal/client/client.hpp"
 #include "hal/command_line.hpp"
 #include "hal/commands/command.hpp"
+#include "hal/commands/models.hpp"
 #include "hal/host/arguments.hpp"
 #include "hal/host/decimal.hpp"
 
@@ -32,6 +33,8 @@ struct RunOptions {
     bool network = false;
     bool devices = false;
     bool namespaces = true;
+    bool models = false;
+    std::string model_list;  // a list that is written already
     std::vector<std::string> modules, module_options;
 };
 
@@ -104,6 +107,11 @@ void declare_run(CLI::App& command, RunOptions& options) {
     command.add_flag(
         "--network", options.network,
         "Gives the computer's network to the programs. By default they have only a loopback of their own.");
+    command.add_flag(
+        "--models", options.models,
+        "Puts models in the place of drivers whose hardware is not here, and of programs that need a screen "
+        "or a device.");
+    command.add_option("--model-list", options.model_list)->group("");  // of plumb wire
     command.add_flag("--devices", options.devices,
                      "Gives the computer's devices in /dev to the programs, such as serial ports. By "
                      "default, hardware devices in /dev are hidden.");
@@ -158,6 +166,16 @@ this and ends with 1.
 
 When the linuxcnc script ends, it also asks an AXIS on the same X display to quit. Beside a machine that runs in AXIS, give
 the run a display of its own (xvfb-run), or none.)"},
+         {"MODELS",
+          R"(With --models, each driver that a HAL file loads and that has a model file is a model: the pins that your files name,
+with the functions that they add to threads. Step generators move within maxvel and maxaccel; the feedback of every other drive
+follows the command of its joint. Home and limit switches change where the INI file has them, inputs that would hold the
+machine back let it work, a spindle reaches its speed by 1000 rev/min in a second, an index comes once in a unit of travel. A
+program that needs a screen or a device has pins that rest; the manual tool change is answered at once. What a model leaves out
+is printed once.
+
+Your own model is a file NAME.model beside the INI or HAL file. The files of Plumb, in /usr/share/plumb/models, are examples;
+their words stand in model_files.py there.)"},
          {"SPEED",
           R"(The threads of HAL execute every period, in the order of a realtime kernel. User-space programs see a coarse
 clock. At up to 10 times the clock all of LinuxCNC keeps pace, even beside other work. At 20 times, HAL configurations with
@@ -239,6 +257,8 @@ int run(const RunOptions& options, std::vector<std::string> program) {
         words.push_back("--speed");
         host::append_number(words.emplace_back(), options.speed);
     }
+    const std::string models = options.models ? models_of(program) : options.model_list;
+    if (!models.empty()) words.insert(words.end(), {"--models", models});
     if (options.network) words.push_back("--network");
     if (options.devices) words.push_back("--devices");
     if (!options.namespaces) words.push_back("--no-namespaces");

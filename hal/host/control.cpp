@@ -79,9 +79,11 @@ std::string sentence(std::string text) {
 
 Control::Control(Settings settings)
     : settings_(std::move(settings)),
-      modules_(settings_.module_folders, settings_.module_options),
+      modules_(settings_.module_folders, settings_.module_options, settings_.models),
+      timeline_(modules_.models()),
       server_(*this, settings_.control_descriptor) {
     setenv("RTAPI_FIFO_PATH", server_.path().c_str(), 1);
+    if (settings_.namespaces) modules_.models().cover_programs();
     if (settings_.speed <= 0.0) return;
     pace_.emplace(settings_.speed);
     set_clock_speed(std::isinf(settings_.speed) ? most_speed : settings_.speed);
@@ -120,9 +122,10 @@ int Control::run_program(const std::vector<std::string>& words, int end_descript
         if (!end_) continue;
         if (!asked) {
             if (end_by_signal_)
-                std::fprintf(stderr,
-                             "plumb run: a signal (SIGTERM or SIGHUP) asked the run to end before its program "
-                             "had ended\n");
+                std::fprintf(
+                    stderr,
+                    "plumb run: a signal (SIGTERM or SIGHUP) asked the run to end before its program "
+                    "had ended\n");
             programs_.ask_program_to_end();
             asked = Clock::now();
         } else if (!asked_all && Clock::now() - *asked > alone) {

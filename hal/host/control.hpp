@@ -33,6 +33,7 @@ public:
         int process;  // number of this process as its client sees it
         int control_descriptor;
         bool devices = false;  // leave the computer's devices to the program
+        std::string models;    // the file of Models; empty: none
         double speed = 0.0;    // of virtual time; 0: it moves when a client lets it run
     };
 
@@ -104,7 +105,7 @@ private:
     std::chrono::steady_clock::time_point last_progress_;
     std::set<std::string> settable_;  // names that halcmd has let the host set
     unsigned long settable_at_ = 0;   // state of HAL for which that holds
-    bool realtime_ = false;  // LinuxCNC 2.10 asks whether it is started, which a host always is
+    bool realtime_ = false;           // LinuxCNC 2.10 asks whether it is started, which a host always is
     bool end_ = false;
     bool end_by_signal_ = false;
 };

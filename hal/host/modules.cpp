@@ -97,8 +97,9 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
 
 }  // namespace
 
-Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options)
-    : folders_(std::move(folders)), options_(std::move(options)) {}
+Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options,
+                 const std::string& models)
+    : folders_(std::move(folders)), options_(std::move(options)), models_(models) {}
 
 Modules::~Modules() {
     unload_all();
@@ -162,6 +163,11 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
         return -1;
     }
     ++changes_;
+    if (models_.has(name)) {
+        const int result = models_.load(name);
+        if (result == 0) modules_.push_back({name, nullptr, {}});
+        return result;
+    }
     void* const handle = dlopen(file_of(name).c_str(), RTLD_GLOBAL | RTLD_NOW);
     if (handle == nullptr) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: dlopen: %s\n", name.c_str(), dlerror());
@@ -214,6 +220,7 @@ void Modules::end_without_modules() {
 
 void Modules::unload(Module module) {
     ++changes_;
+    if (module.handle == nullptr) return models_.unload(module.name);
     if (auto* const exit = symbol<void (*)()>(module.handle, "rtapi_app_exit")) exit();
     dlclose(module.handle);
     if (module.name != hal_library) return;

@@ -7,14 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "hal/host/models.hpp"
+
 namespace plumb::host {
 
 class Modules {
 public:
     // Modules are looked for in these folders, in this order. The last one must be LinuxCNC's: hal_lib
     // comes from there. `options`: MODULE.NAME=VALUE, each in the place of the NAME that a load of MODULE
-    // gives.
-    explicit Modules(std::vector<std::string> folders, std::vector<std::string> options = {});
+    // gives. A module of which the file `models` has a model (Models) is not loaded: the model is.
+    explicit Modules(std::vector<std::string> folders, std::vector<std::string> options = {},
+                     const std::string& models = "");
 
     ~Modules();  // unloads everything
     Modules(const Modules&) = delete;
@@ -40,6 +43,8 @@ public:
 
     bool hal_library_loaded() const { return !modules_.empty(); }  // it is the first
 
+    Models& models() { return models_; }
+
     const std::vector<std::string>& folders() const { return folders_; }
 
     // Rises with every load, unload and new instance: names found before may mean something else since.
@@ -48,7 +53,7 @@ public:
 private:
     struct Module {
         std::string name;
-        void* handle;
+        void* handle;                  // null: a model
         std::list<std::string> texts;  // of its parameters, which point into them
     };
 
@@ -61,6 +66,7 @@ private:
 
     std::vector<std::string> folders_;
     std::vector<std::string> options_;
+    Models models_;
     std::vector<Module> modules_;  // in the order of loading
     unsigned long changes_ = 0;
 };

@@ -102,6 +102,7 @@ int carry_out(int argc, char** argv) {
     plumb::hal::add_manual(options, manual_page);
     int control_descriptor = -1;
     std::vector<std::string> modules, module_options;
+    std::string models;
     bool no_namespaces = false;
     bool guard = false;
     double speed = 0.0;
@@ -124,6 +125,8 @@ int carry_out(int argc, char** argv) {
         ->allow_extra_args(false)
         ->check(option_problem)
         ->type_name("MODULE.NAME=VALUE");
+    options.add_option("--models", models, "File of the models of drivers; plumb run --models writes it.")
+        ->type_name("FILE");
     options.add_flag(
         "--no-namespaces", no_namespaces,
         "Runs in the machine's one HAL, for systems that forbid namespaces; one host at a time.");
@@ -161,7 +164,7 @@ int carry_out(int argc, char** argv) {
         int status = 0;
         {
             Control control({std::move(folders), std::move(module_options), isolated.namespaces,
-                             isolated.process, control_descriptor, devices, speed});
+                             isolated.process, control_descriptor, devices, models, speed});
             if (runs_program) {
                 status = control.run_program(program, end_event);
             } else {

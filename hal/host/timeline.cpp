@@ -21,6 +21,7 @@ void Timeline::begin(Nanoseconds span) {
         if (replayer_) replayer_->resolve(names);
         for (const auto& [id, recorder] : recorders_) recorder->resolve(names);
         expectations_.resolve(names);
+        models_.resolve(names);
     }
     began_ = scheduler().time();
     target_ = after(began_, span);
@@ -94,6 +95,7 @@ void Timeline::look_again() {
     }
     for (const std::string& id : lost) end_recording(id);
     expectations_.drop_lost(names);
+    models_.resolve(names);
     if (!replayer_) return;
     try {
         replayer_->resolve(names);

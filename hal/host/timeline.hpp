@@ -10,6 +10,7 @@
 #include <string>
 
 #include "hal/host/expectations.hpp"
+#include "hal/host/models.hpp"
 #include "hal/host/recorder.hpp"
 #include "hal/host/replayer.hpp"
 #include "hal/host/time.hpp"
@@ -18,6 +19,8 @@ namespace plumb::host {
 
 class Timeline {
 public:
+    explicit Timeline(Models& models) : models_(models) {}
+
     // Begins a run of `span`; go_on() does the work. Throws std::runtime_error when a recorded, replayed or
     // expected name is no longer there, or has become something else.
     void begin(Nanoseconds span);
@@ -58,8 +61,10 @@ public:
     // Begins a replay in place of the one that is there.
     void replay(std::unique_ptr<Replayer> replayer) { replayer_ = std::move(replayer); }
 
-    // Whether names are recorded, checked or replayed.
-    bool watches() const { return replayer_ || !recorders_.empty() || !expectations_.empty(); }
+    // Whether names are recorded, checked, replayed or read by models.
+    bool watches() const {
+        return replayer_ || !recorders_.empty() || !expectations_.empty() || models_.watches();
+    }
 
     Expectations& expectations() { return expectations_; }
 
@@ -79,6 +84,7 @@ private:
         ended_recordings_;  // before they were stopped, and why they are not complete
     std::unique_ptr<Replayer> replayer_;
     Expectations expectations_;
+    Models& models_;
 };
 
 }  // namespace plumb::host

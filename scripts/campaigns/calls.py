@@ -355,7 +355,7 @@ class ToolTable(Program):
 TRIALS = """
 import glob, os, runpy, shutil, sys
 _, build, word, folder, *arguments = sys.argv
-sys.path.insert(0, os.path.join(build, "share", "plumb", "wiring"))
+sys.path[:0] = [os.path.join(build, "share", "plumb", name) for name in ("wiring", "models")]
 import trial
 number, start = [0], trial.Trial._linuxcnc
 def known(source, to):

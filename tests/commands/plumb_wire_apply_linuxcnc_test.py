@@ -12,7 +12,7 @@ import unittest.mock
 from tree import BUILD, own_folder
 from wire_sample import AXIS_MM, Sample, plumb_wire, read, write
 
-sys.path.insert(1, os.path.join(BUILD, "share", "plumb", "wiring"))
+sys.path[1:1] = [os.path.join(BUILD, "share", "plumb", name) for name in ("wiring", "models")]
 import applying  # noqa: E402
 from texts import Impossible  # noqa: E402
 

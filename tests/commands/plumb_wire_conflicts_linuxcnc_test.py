@@ -142,9 +142,10 @@ class Refusals(unittest.TestCase):
         self.assertIn("'Q=1' is not an axis and its joint, such as X=0", flat)
 
     def import_from_plumb_wire(self):
-        wiring = os.path.join(BUILD, "share", "plumb", "wiring")
-        sys.path.insert(1, wiring)
-        self.addCleanup(sys.path.remove, wiring)
+        for name in ("wiring", "models"):
+            folder = os.path.join(BUILD, "share", "plumb", name)
+            sys.path.insert(1, folder)
+            self.addCleanup(sys.path.remove, folder)
 
     def test_a_machine_that_is_wired_by_hand(self):
         """Its components are named, and not all the signals between them."""

@@ -8,7 +8,7 @@ import unittest
 
 from tree import BUILD, ROOT, own_folder
 
-sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "commissioning", "wire", "wiring")]
+sys.path[:0] = [os.path.join(BUILD, "python"), os.path.join(ROOT, "components", "commissioning", "wire", "wiring"), os.path.join(ROOT, "hal", "models")]
 from functions import all_functions  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 

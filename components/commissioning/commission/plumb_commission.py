@@ -182,7 +182,7 @@ def former_lines(options):
         Hal().close()
         return []
     except HalGone:
-        sys.path.append(os.path.join(SHARE, "wiring"))
+        sys.path += [os.path.join(SHARE, name) for name in ("wiring", "models")]
         import former_pins
         from ini_file import IniFile
 

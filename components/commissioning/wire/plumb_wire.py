@@ -14,7 +14,7 @@ import sys
 
 PREFIX = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 sys.path.append(os.path.join(PREFIX, "python"))  # of a build tree
-sys.path.insert(0, os.path.join(PREFIX, "share", "plumb", "wiring"))
+sys.path[:0] = [os.path.join(PREFIX, "share", "plumb", name) for name in ("wiring", "models")]
 from applying import COPY, Applied, changes  # noqa: E402
 from error_tables import compensated, own_compensation, slow_turns, unsealed  # noqa: E402
 import former_pins  # noqa: E402

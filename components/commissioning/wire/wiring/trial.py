@@ -3,16 +3,18 @@
 
 import json
 import os
-import shlex
 import subprocess
 import sys
 
+import stand_ins
 import writing
 from copies import copy_links
 from sandbox import OWN, PLAN, READY
+from stand_ins import script
 from texts import Impossible, wrapped
 
 HERE = os.path.dirname(os.path.realpath(__file__))
+MODELS = os.path.dirname(os.path.realpath(stand_ins.__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
 MODULE_PATIENCE = 10
@@ -51,11 +53,23 @@ class Trial:
         os.mkdir(self.own)
         self.covers = {}  # a path outside the folder, and the file of ours that is seen in its place
         self.read = set()  # paths that must stay in sight
+        self.models = ()  # options of plumb run with the list of models
 
     def write(self, name, text, mode=0o666):
         """A file of the trial; returns its path in the trial."""
         writing.write(self.own, name, text, mode)
         return os.path.join(OWN, name)
+
+    @staticmethod
+    def path(name):
+        return os.path.join(OWN, name)
+
+    def list_models(self, models):
+        """Lets the drivers of the trial be models (hal/host/models.hpp)."""
+        self.models = ("--model-list", self.write("models.json", json.dumps({"modules": models})))
+
+    def can_place(self, path):
+        return os.path.exists(path) or writing.inside(path, self.ini.folder) is not None
 
     def place(self, path, text, mode=0o666):
         """Gives a file of the user another text, in the trial alone: in the copy, or over a file that lies outside."""
@@ -126,11 +140,11 @@ class Trial:
             "copy": self.copy,
             "own": self.own,
             "covers": [(os.path.join(self.own, name), path) for path, name in self.covers.items()],
-            "keep": [HERE, self.plumb, sys.executable, *self.ini.texts, *self.read, *self.covers],
+            "keep": [HERE, MODELS, self.plumb, sys.executable, *self.ini.texts, *self.read, *self.covers],
         }
 
     def _linuxcnc(self):
-        host = [self.plumb, "run", "--speed", str(SPEED), "--"]
+        host = [self.plumb, "run", *self.models, "--speed", str(SPEED), "--"]
         command, environment = in_sandbox(self._plan(), host, ["linuxcnc", "-r", self.ini.path])
         return finished(command, environment, PATIENCE)
 
@@ -171,15 +185,11 @@ def in_sandbox(plan, host, words):
         inside = ["unshare", "--user", "--map-user=%d" % os.getuid(), "--map-group=%d" % os.getgid(), "--", *host, *words]
     environment = {name: value for name, value in os.environ.items() if name not in OUTSIDE}
     environment["XDG_STATE_HOME"] = os.path.join(OWN, "state")  # plumb-retain counts there, and HOME shows its folders read-only
+    environment["PYTHONPATH"] = ":".join(filter(None, (MODELS, environment.get("PYTHONPATH"))))
     environment["PATH"] = environment.get("PATH", os.defpath) + ":" + os.path.join(OWN, "bin")
     if environment.get("HOME") in (None, "", "/") or not os.path.isdir(environment["HOME"]):
         environment["HOME"] = "/tmp"  # LinuxCNC has a file of its own there
     return [*spaces, *inside], environment
-
-
-def script(*words):
-    """A shell script that runs a Python program of ours."""
-    return "#!/bin/sh\nexec %s \"$@\"\n" % shlex.join([sys.executable, *words])
 
 
 def last_words(output):

@@ -8,6 +8,7 @@ import hal_text
 import writing
 from hal_state import SHOWN, State
 from machine import MOTION, Machine
+from model_parts import WANTED_FALSE, WANTED_TRUE, demanded
 from remedies import remedy
 from sandbox import OWN
 from stand_ins import StandIns
@@ -15,30 +16,6 @@ from step_rates import too_slow
 from texts import Impossible, wrapped
 from trial import NotStarted, Trial
 
-# Modules that pass a number on, with its pin and settings: the first that the user does not load.
-FOLLOWERS = (
-    ("sum2", "in0", ()),
-    ("scale", "in", (("gain", 1),)),
-    ("mult2", "in0", (("in1", 1),)),
-    ("lowpass", "in", (("gain", 1),)),
-)
-# Inputs that hold a machine back, by the value with which it works.
-WANTED_TRUE = re.compile(r".*emc-enable-in|.*\.ok-in|.*\.at-speed|motion\.enable")
-WANTED_FALSE = re.compile(
-    r"joint\.\d+\.(neg-lim-sw-in|pos-lim-sw-in|amp-fault-in|home-sw-in)|.*\.fault-in|spindle\.\d+\.(inhibit|amp-fault-in)|"
-    r"motion\.(probe-input|feed-inhibit|feed-hold|homing-inhibit|jog-inhibit)|"
-    r"halui\.(abort|estop\.activate|machine\.off|program\.(stop|pause))"
-)
-LOGIC = {  # inputs of a module, and their values, that give its output a value
-    ("not", True): (("in", False),),
-    ("not", False): (("in", True),),
-    ("debounce", True): (("in", True),),
-    ("debounce", False): (("in", False),),
-    ("or2", True): (("in0", True),),
-    ("or2", False): (("in0", False), ("in1", False)),
-    ("and2", True): (("in0", True), ("in1", True)),
-    ("and2", False): (("in0", False),),
-}
 BASIC_STEPS = 4  # of a trial: on, home, order, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
@@ -115,7 +92,7 @@ class Trials:
                 ini.add("HAL", "HALFILE", trial.write("%s.hal" % function.name, text))
         switches = "".join("setp %s 1\n" % wiring.switch_of(function) for function in functions)
         ini.add("HAL", "HALFILE", trial.write("patience.hal", PATIENCE + ACTING + switches))
-        self.drive(trial, ini, machine, stand_ins)
+        self.drive(ini, stand_ins)
         checks = {function.name: function.check for function in functions if function.check}
         settings = {"unit": machine.unit, "names": wiring.names, "axes": machine.axes, "checks": checks}
         settings["moved"] = wiring.numbers.moved
@@ -136,7 +113,7 @@ class Trials:
         trial = Trial(ini, os.path.join(self.folder, "bare"), self.plumb)
         stand_ins = StandIns(trial, ini, machine.files, self.learnt)
         self._leave_out(trial, stand_ins)
-        self.drive(trial, ini, machine, stand_ins)
+        self.drive(ini, stand_ins)
         try:
             seen = trial.run("check", unit=machine.unit, names={}, axes=machine.axes, checks={}, moved={})["seen"]
         except NotStarted:
@@ -149,52 +126,28 @@ class Trials:
 
     def release(self, machine):
         """Learns the inputs from the hardware without which the machine does not turn on or the spindle is not at speed."""
-        for name in machine.complete.pins:
-            if WANTED_TRUE.fullmatch(name):
-                self.demand(machine.complete, name, True, set())
-        for name in machine.complete.pins:
-            if WANTED_FALSE.fullmatch(name):
-                self.demand(machine.complete, name, False, set())
+        state, outputs = machine.complete, self.stand_ins.outputs()
 
-    def demand(self, state, pin, value, passed):
-        """Learns the input from the hardware that gives a pin this value, straight or through logic."""
-        signal = state.signals.get(state.signal_of(pin))
-        writer = signal and signal.writer
-        if not writer or writer in passed:
-            return
-        if writer in self.stand_ins.outputs():
-            if not any(writer in self.learnt.get(name, []) for name in ("true", "false")):
-                self.learnt.setdefault("true" if value else "false", []).append(writer)
-            return
-        head, owner = writer.rpartition(".")[0], state.pins[writer].owner
-        for name, wanted in LOGIC.get((owner, value), ()):
-            self.demand(state, "%s.%s" % (head, name), wanted, passed | {writer})
+        def writer_of(pin):
+            signal = state.signals.get(state.signal_of(pin))
+            return signal and signal.writer
 
-    def drive(self, trial, ini, machine, stand_ins):
-        """Lets joints whose feedback comes from hardware follow their commands, and home where they stand."""
+        for wanted, value in ((WANTED_TRUE, True), (WANTED_FALSE, False)):
+            for name in filter(wanted.fullmatch, state.pins):
+                for writer, level in demanded(name, value, writer_of, lambda pin: state.pins[pin].owner, outputs):
+                    if not any(writer in self.learnt.get(known, []) for known in ("true", "false")):
+                        self.learnt.setdefault("true" if level else "false", []).append(writer)
+
+    @staticmethod
+    def drive(ini, stand_ins):
+        """Lets joints home where they stand, whose feedback from hardware follows their commands."""
         begin_with_first_sequence(ini)
-        outputs, lines, drives = stand_ins.outputs(), [], []
-        if not outputs:
+        if not stand_ins.outputs():
             return
-        loaded = machine.complete.components
-        module, pin, settings = next(follower for follower in FOLLOWERS if follower[0] not in loaded)
-        for joint in sorted({joint for numbers in machine.joints.values() for joint in numbers}):
+        for joint in range(int(ini.get("KINS", "JOINTS") or 0)):
             if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
                 for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_FINAL_VEL", "HOME_USE_INDEX"):
                     ini.set("JOINT_%d" % joint, name, "0")
-            command = machine.halfiles.signal_of("joint.%d.motor-pos-cmd" % joint)
-            feedback = machine.halfiles.signal_of("joint.%d.motor-pos-fb" % joint)
-            writer = feedback and machine.halfiles.signals[feedback].writer
-            if writer in outputs and command:
-                name = "plumb-drive-%d" % joint
-                lines += ["unlinkp " + writer]
-                lines += ["net %s => %s.%s" % (command, name, pin), "net %s %s.out" % (feedback, name)]
-                lines += ["setp %s.%s %g" % (name, *setting) for setting in settings]
-                lines += ["addf %s %s" % (name, machine.thread)]
-                drives.append(name)
-        if lines:
-            lines.insert(0, "loadrt %s names=%s" % (module, ",".join(drives)))
-            ini.add("HAL", "HALFILE", trial.write("drives.hal", "\n".join(lines) + "\n"))
 
 
 def begin_with_first_sequence(ini):

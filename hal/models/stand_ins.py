@@ -1,39 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drivers that need hardware and programs that need a screen: their names, and pins in their place for a trial."""
+"""Drivers that need hardware and programs that need a screen: their names, and models in their place.
+
+A driver becomes components of the host (hal/host/models.hpp), a program stand_in.py. The pins are those that the user's
+files name; types and directions come from model files, manual pages, and what is netted to a pin.
+"""
 
 import json
 import os
 import re
+import shlex
 import shutil
+import sys
 
 import hal_text
-import writing
+import model_parts
 from driver_pages import page_of
-from sandbox import OWN
+from model_files import DIRECTIONS, TYPES, known, model_files, of_module, of_program
 from texts import Impossible
-from trial import script
 
 HERE = os.path.dirname(os.path.realpath(__file__))
-
-# Realtime drivers, the prefix of their pins, and the functions they add to threads.
-DRIVERS = re.compile(
-    r"^(hal_parport|probe_parport|hm2_\w+|hostmot2|lcec|hal_pi_gpio|hal_bb_gpio|hal_gm|hal_motenc|hal_ppmc|hal_speaker|"
-    r"hal_stg|hal_tiro|hal_vti|hal_ax5214h|hal_evoreg|pcl720|pluto_servo|pluto_step|serport|opto_ac5|mesa_7i65|"
-    r"mesa_uart|setsserial|uparport|sserial|hal_gpio|cia402|litexcnc\w*|remora\w*)$"
-)
-# LinuxCNC's own drivers do not load without their hardware, and hm2_eth takes minutes until it says so.
-LOADABLE = re.compile(r"^(?!hm2_|hal_|hostmot2|pluto_|mesa_|probe_parport|opto_ac5|pcl720|serport|setsserial|sserial|uparport)")
-PREFIXES = {
-    "hal_parport": "parport",
-    "hostmot2": r"hm2_\w+",  # of all cards
-    "pluto_servo": "pluto-servo",
-    "pluto_step": "pluto-step",
-    "hal_gm": "gm",
-    "hal_ppmc": "ppmc",
-    "hal_stg": "stg",
-    "hal_vti": "vti",
-    "hal_motenc": "motenc",
-}
 
 # Programs for devices; those that open a window are found by their imports.
 DEVICES = re.compile(
@@ -44,86 +29,29 @@ WINDOWS = re.compile(r"^\s*(from|import)\s+(tkinter|Tkinter|gi|gtk|PyQt5|vismach
 SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange", "panelui")
 
 FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
-KNOWN = [  # type and direction of pins of LinuxCNC and of common drivers; the first that fits the whole name
-    (r"joint\.\d+\.(motor-pos-cmd|pos-cmd|pos-fb|vel-cmd|motor-offset|backlash-corr|free-.*)", FLOAT, "OUT"),
-    (r"joint\.\d+\.(motor-pos-fb|jog-scale)", FLOAT, "IN"),
-    (r"(joint|spindle)\.\d+\.index-enable", BIT, "IO"),
-    (r"joint\.\d+\.jog-counts", S32, "IN"),
-    (r"joint\.\d+\.(amp-enable-out|homed|homing|active|in-position)", BIT, "OUT"),
-    (r"joint\.\d+\..*", BIT, "IN"),
-    (r"axis\.\w\.jog-counts", S32, "IN"),
-    (r"axis\.\w\.jog-scale", FLOAT, "IN"),
-    (r"axis\.\w\.jog-.*", BIT, "IN"),
-    (r"spindle\.\d+\.(speed-out.*|speed-cmd.*)", FLOAT, "OUT"),
-    (r"spindle\.\d+\.(speed-in|revs)", FLOAT, "IN"),
-    (r"spindle\.\d+\.orient-angle", FLOAT, "OUT"),
-    (r"spindle\.\d+\.orient-mode", S32, "OUT"),
-    (r"spindle\.\d+\.orient-fault", S32, "IN"),
-    (r"spindle\.\d+\.(on|forward|reverse|brake|orient|locked)", BIT, "OUT"),
-    (r"spindle\.\d+\..*", BIT, "IN"),
-    (r"motion\.(analog-out-\d+|current-vel|distance-to-go|tooloffset\..*)", FLOAT, "OUT"),
-    (r"motion\.(analog-in-\d+|adaptive-feed)", FLOAT, "IN"),
-    (r"motion\.(digital-out-\d+|motion-enabled|in-position|coord-mode|is-all-homed)", BIT, "OUT"),
-    (r"motion\.(motion-type|program-line)", S32, "OUT"),
-    (r"motion\..*", BIT, "IN"),
-    (r"iocontrol\.\d+\.(tool-number|tool-prep-number|tool-prep-pocket|tool-prep-index)", S32, "OUT"),
-    (r"iocontrol\.\d+\.(user-enable-out|user-request-enable|coolant-.*|lube|tool-change|tool-prepare)", BIT, "OUT"),
-    (r"iocontrol\.\d+\..*", BIT, "IN"),
-    (r"pid\.\w+\.(enable|index-enable)|.*_pid\.enable", BIT, "IN"),
-    (r"pid\.\w+\.output|.*pid.*\.output", FLOAT, "OUT"),
-    (r"(stepgen|pwmgen)\.\d+\.(step|dir|pwm|up|down|phase-.)", BIT, "OUT"),
-    (r"parport\.\d+\.pin-\d+-in(-not)?", BIT, "OUT"),
-    (r"parport\.\d+\.reset-time", U32, "IN"),
-    (r"hm2_.*\.(stepgen|encoder|resolver)\.\d+\.(position|position-fb|velocity|velocity-fb|rawcounts.*)", FLOAT, "OUT"),
-    (r"hm2_.*\.encoder\.\d+\.index-enable", BIT, "IO"),
-    (r"hm2_.*\.(encoder|resolver)\.\d+\.count", S32, "OUT"),
-    (r"hm2_.*\.gpio\.\d+\.in(_not)?|hm2_.*\.input.*|hm2_.*\.(in|input)-\d+(-not)?", BIT, "OUT"),
-    (r"hm2_.*\.(enable|is_output|is_opendrain|invert_output|index-invert|index-mask|index-mask-invert|counter-mode|filter|"
-     r"has_bit|clear|reset|out|invert_.*|output-\d+|spinena|spindir|control-type|has_bitten)", BIT, "IN"),
-    (r"hm2_.*\.(step_type|output-type|dirsetup|dirhold|steplen|stepspace|pwm_frequency|pdm_frequency|timeout_ns)", U32, "IN"),
-    (r"hm2_.*\.analogin\d+", FLOAT, "OUT"),
-    (r"cia402\.\d+\.statusword", U32, "IN"),
-    (r"cia402\.\d+\.controlword", U32, "OUT"),
-    (r"cia402\.\d+\.(opmode-display|drv-actual-position|drv-actual-velocity)", S32, "IN"),
-    (r"cia402\.\d+\.(opmode|drv-target-position|drv-target-velocity)", S32, "OUT"),
-    (r"cia402\.\d+\.(pos-fb|velocity-fb)", FLOAT, "OUT"),
-    (r"cia402\.\d+\.(pos-cmd|velocity-cmd|pos-scale|velo-scale|auto-fault-reset-delay)", FLOAT, "IN"),
-    (r"cia402\.\d+\.(drv-fault|stat-.*)", BIT, "OUT"),
-    (r"cia402\.\d+\..*", BIT, "IN"),
-    (r"lcec\..*(controlword|control-word|cia-controlword)", U32, "IN"),
-    (r"lcec\..*(statusword|status-word|cia-statusword)", U32, "OUT"),
-]
-LIKELY = [  # the other pins of these drivers, where neither their manual pages nor signals tell
-    (r"parport\.\d+\..*", BIT, "IN"),
-    (r"hm2_.*", FLOAT, "IN"),
-]
-PAGES = {"hostmot2": ("hostmot2", "sserial")}  # of a driver with others than the one of its name
-TYPES = (BIT, FLOAT, S32, U32)
-DIRECTIONS = {"IN": "IN", "OUT": "OUT", "IO": "IO", "I/O": "IO"}
 LIKE_A_BIT = re.compile(
     r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|"
     r"change|probe|brake",
     re.I,
 )
-SPECIAL = {
-    "hal_manualtoolchange": {
-        "pins": {"number": [S32, "IN"], "change": [BIT, "IN"], "changed": [BIT, "OUT"], "change_button": [BIT, "IN"]},
-        "follow": {"changed": "change"},
-    }
-}
 # A module that is not installed here, or that looks for its hardware in vain.
 ABSENT = re.compile(
     r"\b([\w-]+): (?:dlopen: .*cannot open shared object file|rtapi_app_main: "
     r"(?:No such device|Operation not permitted|No such file|Permission denied|Input/output error|Device or resource busy))"
 )
-CARRIERS = ("updown", "xor2", "maj3", "wcomp", "deadzone", "flipflop")  # modules whose instances stand in for functions
 
 
 class StandIns:
-    """Stand-ins for the `drivers` and `programs` of a machine. `learnt` goes from one trial to the next."""
+    """Stand-ins for the `drivers` and `programs` of a machine. `learnt` goes from one trial to the next.
 
-    def __init__(self, trial, ini, files, learnt=None):
-        self.drivers, self.programs = [], []
+    trial      takes files: write(), program(), place(), can_place(), path(), list_models(); loads modules: pins_of_modules()
+    follows    feedback of a joint follows its command in the period, with any drive
+    """
+
+    def __init__(self, trial, ini, files, learnt=None, follows=True):
+        self.drivers, self.programs, self.misses = [], [], {}
+        self.models = {}  # by their modules
+        self.files = model_files(ini.folder)
         self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
         self.trial, self.ini, self.described, self.numbers = trial, ini, {}, {}
         self.pages = []  # the beginning of a pin's name, and a manual page that can have the pin
@@ -134,6 +62,8 @@ class StandIns:
         self.nets = hal_text.nets_of(self.all)
         self._stand_in_for_drivers()
         self._stand_in_for_programs()
+        model_parts.add(self.models, self.files, self.nets, ini, self.all, follows)
+        self.list = trial.list_models(self.models)
 
     def _read(self, path):
         with open(path, encoding="utf-8", errors="surrogateescape") as file:
@@ -165,7 +95,7 @@ class StandIns:
 
     def _told(self, name):
         """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
-        return self.learnt.get("real", {}).get(name) or _known(name, KNOWN) or self._on_page(name)
+        return self.learnt.get("real", {}).get(name) or known(self.files, name) or self._on_page(name)
 
     def _guess(self, name):
         told = self._told(name)
@@ -173,7 +103,7 @@ class StandIns:
 
     def _by_use(self, name):
         """Type and direction of a pin by the signals and values that the user's files give it."""
-        others, is_source, likely = [], False, _known(name, LIKELY) or [None, None]
+        others, is_source, likely = [], False, known(self.files, name, likely=True) or [None, None]
         for pins, sources in self.nets.values():
             if name in pins:
                 others += [kind for kind in map(self._told, pins) if None not in kind]
@@ -193,54 +123,37 @@ class StandIns:
 
     def _stand_in_for_drivers(self):
         lines = {}
-        for found in re.finditer(r"^[ \t]*loadrt[ \t]+(\S+).*$", self.all, re.M):
+        for found in re.finditer(r"^[ \t]*(?:hal[ \t]+)?loadrt[ \t]+(\S+).*$", self.all, re.M):
             module = found[1]
-            if DRIVERS.match(module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
+            if of_module(self.files, module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
                 lines.setdefault(module, found[0].strip())
         self.drivers += lines
         if not self.drivers:
             return
-        self._load(line for module, line in lines.items() if LOADABLE.match(module))
-        if any(module.startswith("hm2_") for module in self.drivers) and "hostmot2" not in self.drivers:
-            self.drivers.append("hostmot2")
-        carrier = next(name for name in CARRIERS if not re.search(r"\b%s\b" % name, self.all))
-        functions, described = [], []
-        for module in self.drivers:
-            names = PAGES.get(module, (module,))
-            prefix = PREFIXES.get("hostmot2" if module.startswith("hm2_") else module, module)
-            self.pages += [(r"%s(\.\d+)?\." % prefix, page_of(name)) for name in names]
-        for module in self.drivers:
-            # A component in C has - in its pins for _ in its name, and instances of their own names.
-            named = re.search(r"\bnames=(\S+)", lines.get(module, ""))
-            names = [PREFIXES.get(module, re.sub("[-_]", "[-_]", module)), *map(re.escape, named[1].split(",") if named else ())]
+        by_module = {module: of_module(self.files, module) for module in self.drivers}
+        self._load(line for module, line in lines.items() if not by_module[module] or by_module[module].without_hardware)
+        for module, file in by_module.items():
+            head = file.head(module) if file else module
+            pages = (module, *(file.pages if file else ()))
+            self.pages += [(r"%s(\.\d+)?\." % head, page_of(name)) for name in pages]
+        described = []
+        for module, file in by_module.items():
+            named = re.search(r"\bnames=(\S+)", lines[module])  # instances have names of their own
+            names = [file.head(module) if file else re.sub("[-_]", "[-_]", module)]
+            names += map(re.escape, named[1].split(",") if named else ())
             prefix = r"(?<![\w.-])((?:%s)(?:\.\d+)?)\.(?=\w)" % "|".join(names)
-            heads = sorted(set(re.findall(prefix, self.all)))
-            heads = [head for head in heads if head not in described]
+            heads = [head for head in sorted(set(re.findall(prefix, self.all))) if head not in described]
             described += heads
-            pins = {}
+            pins, functions = {}, []
             for head in heads:
                 pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
-                added = sorted(set(re.findall(r"^\s*addf\s+(%s(?:\.\S+)?)(?=\s)" % re.escape(head), self.all, re.M)))
+                added = sorted(set(re.findall(r"^\s*(?:hal\s+)?addf\s+(%s(?:\.\S+)?)(?=\s)" % re.escape(head), self.all, re.M)))
                 functions += [name for name in added if name not in functions]  # parport.0.read is one of parport, too
-            self._describe(module, pins, {}, prefix=False)
-        first = True
-        for path, text in self.texts.items():
-            changed = text
-            for module in self.drivers:
-                line = "loadusr -Wn %s %s" % (module, self._program(module))
-                if first and functions and re.search(r"^[ \t]*loadrt[ \t]+%s\b" % re.escape(module), changed, re.M):
-                    line += "\nloadrt %s names=%s" % (carrier, ",".join(functions))
-                    first = False
-                changed = re.sub(r"^[ \t]*loadrt[ \t]+%s\b.*$" % re.escape(module), line, changed, flags=re.M)
-                changed = re.sub(
-                    r"^[ \t]*loadrt[ \t]+\[.*$",
-                    lambda found, line=line, module=module: self._expanded(found[0], line, module),
-                    changed,
-                    flags=re.M,
-                )
-            if changed != text:
-                self.texts[path] = changed
-                self.trial.place(path, changed)
+            self.described[module] = list(pins)
+            rows = [[name, *kind, 1 if self._is_true(name, kind) else 0] for name, kind in pins.items()]
+            self.models[module] = {"pins": rows, "functions": functions, "parts": []}
+            if file and file.misses:
+                self.misses[module] = file.misses
 
     def _load(self, lines):
         """Learns the pins of drivers that can be loaded without their hardware."""
@@ -249,9 +162,6 @@ class StandIns:
             rows = (row.split() for row in self.trial.pins_of_modules(lines).splitlines())
             self.learnt["real"] = {words[4]: [words[1], DIRECTIONS[words[2]]] for words in rows if len(words) > 4 and words[2] in DIRECTIONS}
             self.learnt["loaded"] = lines
-
-    def _expanded(self, written, line, module):
-        return line if self._values(written).split()[1] == module else written
 
     def _stand_in_for_programs(self):
         for line in self.all.splitlines():
@@ -264,12 +174,13 @@ class StandIns:
                 continue
             self.programs.append(name)
             self.pages.append((re.escape(name) + r"\.", page_of(os.path.basename(program))))
-            special = SPECIAL.get(os.path.basename(program), {})
-            self._describe(name, {**self._pins(name), **special.get("pins", {})}, special.get("follow", {}))
+            file = of_program(self.files, os.path.basename(program))
+            self._describe(name, {**self._pins(name), **(file.program_pins if file else {})}, file.follow if file else {})
             self._cover(name, program)
-        for name, special in SPECIAL.items():  # which Tcl libraries load without naming it in a file of the user's
-            if name not in self.programs:
-                self._describe(name, special["pins"], special["follow"])
+        for file in self.files:
+            name = file.programs.pattern
+            if file.always and name not in self.programs:
+                self._describe(name, file.program_pins, file.follow)
                 self._cover(name, name)
 
     def _cover(self, name, program):
@@ -277,7 +188,7 @@ class StandIns:
         path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
         if path is None:
             self.trial.program("bin/" + program, *self._stand_in(name))
-        elif os.path.exists(path) or writing.inside(path, self.ini.folder) is not None:
+        elif self.trial.can_place(path):
             self.trial.place(path, script(*self._stand_in(name)), 0o777)
 
     def _installed(self, program):
@@ -286,7 +197,7 @@ class StandIns:
 
     def _cannot_run_here(self, program):
         base = os.path.basename(program)
-        if base in SCREENS or DEVICES.match(base):
+        if base in SCREENS or DEVICES.match(base) or of_program(self.files, base):
             return True
         path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
         path = path or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
@@ -302,16 +213,13 @@ class StandIns:
 
     def _stand_in(self, name):
         """The words of the command that stands in. HAL may give any name: files of ours have numbers."""
-        description = os.path.join(OWN, "stand-in-%d.json" % self._number(name))
+        description = self.trial.path("stand-in-%d.json" % self._number(name))
         return os.path.join(HERE, "stand_in.py"), description
 
-    def _program(self, name):
-        return self.trial.program("stand-in-%d" % self._number(name), *self._stand_in(name))
-
-    def _describe(self, name, pins, follow, prefix=True):
-        self.described[name] = [name + "." + pin if prefix else pin for pin in pins]
+    def _describe(self, name, pins, follow):
+        self.described[name] = [name + "." + pin for pin in pins]
         values = [pin for pin, kind in pins.items() if self._is_true(pin, kind)]
-        described = {"name": name, "prefix": name if prefix else None, "pins": pins, "follow": follow, "true": values}
+        described = {"name": name, "pins": pins, "follow": follow, "true": values}
         self.trial.write("stand-in-%d.json" % self._number(name), json.dumps(described))
 
     def _is_true(self, pin, kind):
@@ -338,7 +246,7 @@ class StandIns:
             return True
         found = re.search(r"type mismatch '([^']+)' <- '([^']+)'", words)
         if found and not self._is_stand_in(found[1]):
-            others = [pin for pin in self.nets.get(found[2], ([],))[0] if not _known(pin)]
+            others = [pin for pin in self.nets.get(found[2], ([],))[0] if not self._known(pin)]
             return any([self._try_next(pin) for pin in others])
         if found:
             return self._try_next(found[1])
@@ -350,7 +258,7 @@ class StandIns:
         found = re.search(r"[Ss]ignal '([^']+)' (?:can not add OUT pin|already has output)", words)
         if found and found[1] in self.nets:
             for pin in self.nets[found[1]][0]:
-                if not _known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):
+                if not self._known(pin) and self.learnt.get("direction of " + pin) != "IN" and self._is_stand_in(pin):
                     self.learnt["direction of " + pin] = "IN"
                     return True
         return False
@@ -359,13 +267,16 @@ class StandIns:
         """Gives the pins that stand in on a signal the type of a pin that does not."""
         kind, wanted = kind.lower(), wanted.lower()
         others = [other for other in self.nets.get(signal, ([],))[0] if other != pin and self._is_stand_in(other)]
-        if self._is_stand_in(pin) and not (_known(pin) and others):
+        if self._is_stand_in(pin) and not (self._known(pin) and others):
             pins, wanted = [pin], kind
         else:
             pins = others
         pins = [other for other in pins if self.learnt.get(other) != wanted]
         self.learnt.update(dict.fromkeys(pins, wanted))
         return bool(pins)
+
+    def _known(self, pin):
+        return known(self.files, pin) or known(self.files, pin, likely=True)
 
     def _is_stand_in(self, pin):
         return any(pin in pins for pins in self.described.values())
@@ -403,8 +314,9 @@ def given_pins(texts):
     return learnt
 
 
-def _known(name, pins=KNOWN + LIKELY):
-    return next(([kind, direction] for pattern, kind, direction in pins if re.fullmatch(pattern, name)), None)
+def script(*words):
+    """A shell script that runs a Python program of ours."""
+    return "#!/bin/sh\nexec %s \"$@\"\n" % shlex.join([sys.executable, *words])
 
 
 def _inverse(pin):

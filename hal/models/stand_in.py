@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A HAL component with the pins of a driver or a screen that cannot be here; some outputs follow an input."""
+"""A HAL component with the pins of a program that cannot be here; some outputs follow an input."""
 
 import json
 import sys
@@ -17,12 +17,7 @@ def main():
     component = hal.component(given["name"])
     pins = {}
     for name, (kind, direction) in given["pins"].items():
-        if given["prefix"] is None:
-            head, _, tail = name.partition(".")  # a component has each tail once
-            component.setprefix(head)
-        else:
-            tail = name
-        pins[name] = component.newpin(tail, TYPES[kind], DIRECTIONS[direction])
+        pins[name] = component.newpin(name, TYPES[kind], DIRECTIONS[direction])
         if name in given["true"]:
             pins[name].set(True)
     component.ready()

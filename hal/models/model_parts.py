@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The parts of models: how their pins move. A driver's own parts come from its model file; the travel of the INI gives
+switches, and nets tell what an encoder sits on."""
+
+import re
+
+RAMP = 1000 / 60  # revolutions per second, in a second, of a spindle
+MARGIN = {"mm": 5.0, "inch": 0.2}  # from the start to a home switch, and from a soft limit to a limit switch
+# Inputs that hold a machine back, by the value with which it works.
+WANTED_TRUE = re.compile(r".*emc-enable-in|.*\.ok-in|.*\.at-speed|motion\.enable")
+WANTED_FALSE = re.compile(
+    r"joint\.\d+\.(neg-lim-sw-in|pos-lim-sw-in|amp-fault-in|home-sw-in)|.*\.fault-in|spindle\.\d+\.(inhibit|amp-fault-in)|"
+    r"motion\.(probe-input|feed-inhibit|feed-hold|homing-inhibit|jog-inhibit)|"
+    r"halui\.(abort|estop\.activate|machine\.off|program\.(stop|pause))"
+)
+LOGIC = {  # inputs of a module, and their values, that give its output a value
+    ("not", True): (("in", False),),
+    ("not", False): (("in", True),),
+    ("debounce", True): (("in", True),),
+    ("debounce", False): (("in", False),),
+    ("or2", True): (("in0", True),),
+    ("or2", False): (("in0", False), ("in1", False)),
+    ("and2", True): (("in0", True), ("in1", True)),
+    ("and2", False): (("in0", False),),
+}
+
+
+def demanded(pin, value, writer_of, owner_of, outputs, passed=frozenset()):
+    """The outputs of drivers, and their values, that give a pin this value: straight or through logic."""
+    writer = writer_of(pin)
+    if not writer or writer in passed:
+        return
+    if writer in outputs:
+        yield writer, value
+        return
+    head = writer.rpartition(".")[0]
+    for name, wanted in LOGIC.get((owner_of(writer), value), ()):
+        yield from demanded("%s.%s" % (head, name), wanted, writer_of, owner_of, outputs, passed | {writer})
+
+
+def add(models, files, nets, ini, text, follows):
+    """Adds the parts to the models."""
+    Parts(models, nets, ini, text).add(files, follows)
+
+
+class Parts:
+    def __init__(self, models, nets, ini, text):
+        self.models, self.nets, self.ini = models, nets, ini
+        self.signals = {pin: signal for signal, (pins, _) in nets.items() for pin in pins}
+        self.kinds = {row[0]: row for model in models.values() for row in model["pins"]}
+        self.outputs = {name for name, row in self.kinds.items() if row[2] == "OUT"}
+        self.instances = {}
+        for line in re.findall(r"^\s*(?:hal\s+)?loadrt\s+(.*)$", text, re.M):
+            module, *options = line.split()
+            names = [option[6:].split(",") for option in options if option.startswith("names=")]
+            for instance in names[0] if names else [module]:
+                self.instances[instance] = module
+
+    def add(self, files, follows):
+        for model in self.models.values():
+            names = [row[0] for row in model["pins"]]
+            for file in files:
+                for part in file.parts:
+                    model["parts"] += _of_file(part, names)
+        self._joints(follows)
+        self._spindles()
+        if not follows:
+            self._inputs()
+            self._switches()
+
+    def _writer(self, pin):
+        """The pin that writes the signal of a pin: the one that an arrow calls so, else the output of a driver."""
+        signal = self.signals.get(pin)
+        if signal is None:
+            return None
+        pins, sources = self.nets[signal]
+        found = [other for other in pins if other != pin and (other in sources or other in self.outputs or _is_output(other))]
+        return found[0] if found else None
+
+    def _owner(self, pin):
+        head = pin.rpartition(".")[0]
+        return self.instances.get(head) or self.instances.get(re.sub(r"(\.\d+)+$", "", head))
+
+    def _part(self, pin):
+        """The part that writes a pin, or None."""
+        for model in self.models.values():
+            for part in model["parts"]:
+                if any(name == pin and role in ("position", "velocity", "rpm", "out") for role, name in part["pins"].items()):
+                    return part
+        return None
+
+    def _model(self, pin):
+        return next(model for model in self.models.values() if any(row[0] == pin for row in model["pins"]))
+
+    def _joints(self, follows):
+        """The feedback of joints: a step generator moves by its own command, all else as its joint is commanded."""
+        drives = any(part["kind"] == "drive" and {"position", "target"} <= set(part["pins"]) for model in self.models.values() for part in model["parts"])
+        for joint in range(int(self.ini.get("KINS", "JOINTS") or 0)):
+            command = self.signals.get("joint.%d.motor-pos-cmd" % joint)
+            writer = self._writer("joint.%d.motor-pos-fb" % joint)
+            if not command or writer not in self.outputs:
+                continue
+            part = self._part(writer)
+            if part and not follows and (part["kind"] == "stepgen" or (part["kind"] == "cia402" and drives)):
+                continue
+            if part and part["kind"] == "encoder":
+                part["pins"]["source"] = command
+                continue
+            if part:
+                self._model(writer)["parts"].remove(part)
+            self._model(writer)["parts"].append({"kind": "encoder", "pins": {"position": writer, "source": command}})
+
+    def _spindles(self):
+        for spindle in range(int(self.ini.get("TRAJ", "SPINDLES") or 1)):
+            source = "spindle.%d.speed-out-rps" % spindle
+            for pin in ("revs", "speed-in"):
+                part = self._part(self._writer("spindle.%d.%s" % (spindle, pin)))
+                if part and part["kind"] == "encoder" and "source" not in part["pins"]:
+                    part["pins"]["source"] = source
+                    part["numbers"] = {"ramp": RAMP}
+            ready = self._writer("spindle.%d.at-speed" % spindle)
+            if ready in self.outputs:
+                pins = {"out": ready, "source": source}
+                self._model(ready)["parts"].append({"kind": "at-speed", "pins": pins, "numbers": {"ramp": RAMP}})
+
+    def _inputs(self):
+        """Inputs that hold the machine back have the values with which it works."""
+        for wanted, value in ((WANTED_TRUE, True), (WANTED_FALSE, False)):
+            for pin in self.signals:
+                if wanted.fullmatch(pin):
+                    for output, level in demanded(pin, value, self._writer, self._owner, self.outputs):
+                        self.kinds[output][3] = int(level)
+
+    def _switches(self):
+        """Home and limit switches, at their places of the travel. The machine starts a little before its home switch."""
+        margin = MARGIN["inch" if (self.ini.get("TRAJ", "LINEAR_UNITS") or "mm").lower() in ("inch", "in", "imperial") else "mm"]
+        switches = {}
+        for joint in range(int(self.ini.get("KINS", "JOINTS") or 0)):
+            command = self.signals.get("joint.%d.motor-pos-cmd" % joint)
+            if not command:
+                continue
+            def number(name, section="JOINT_%d" % joint):
+                return float(self.ini.get(section, name) or 0)
+            search, home = number("HOME_SEARCH_VEL"), number("HOME_OFFSET")
+            direction = -1 if search < 0 else 1
+            start = home - direction * margin if search else number("HOME")
+            room = margin + search**2 / 2 / max(number("MAX_ACCELERATION"), 1e-6)
+            places = [("home-sw-in", home, direction)] if search else []
+            if number("MAX_LIMIT") > number("MIN_LIMIT"):
+                places += [("neg-lim-sw-in", number("MIN_LIMIT") - room, -1), ("pos-lim-sw-in", number("MAX_LIMIT") + room, 1)]
+            for name, place, side in places:
+                for output, level in demanded("joint.%d.%s" % (joint, name), True, self._writer, self._owner, self.outputs):
+                    switches.setdefault(output, (level, []))[1].append((command, start, place, side))
+        for output, (level, each) in switches.items():
+            part = {"kind": "switch", "pins": {"out": output}, "numbers": {"inverted": int(not level)}}
+            for index, (command, start, place, side) in enumerate(each):
+                part["pins"]["source-%d" % index] = command
+                part["numbers"].update({"start-%d" % index: start, "place-%d" % index: place, "direction-%d" % index: side})
+            model = self._model(output)
+            for other in model["parts"]:
+                if other["kind"] == "inverse" and other["pins"]["out"] == output:  # the other of both follows then
+                    other["pins"] = {"out": other["pins"]["in"], "in": output}
+            model["parts"].insert(0, part)
+
+
+def _is_output(pin):
+    return re.search(r"(\.|-)out\d*(-not)?$|\.(ok-out|output)$", pin) is not None
+
+
+def _of_file(part, names):
+    """The parts of a model with these pins, by a part of its file."""
+    heads = {}
+    for name in names:
+        if part.get("each"):
+            for found in re.finditer(r"\.", name):
+                head, tail = name[: found.start()], name[found.end() :]
+                if re.fullmatch(part["of"], head) and re.fullmatch(part["each"], tail):
+                    heads[name] = (head, tail)
+                    break
+        else:
+            head = name.rpartition(".")[0]
+            if re.fullmatch(part["of"], head):
+                heads[head] = (head, "")
+    made = []
+    for head, own in heads.values():
+        tails = [name[len(head) + 1 :] for name in names if name.startswith(head + ".")]
+        pins = {}
+        for role, wanted in part["pins"].items():
+            without = re.fullmatch(r"\$\{without (.*)\}", wanted)
+            wanted = re.escape(own) if wanted == "$" else re.escape(own.replace(without[1], "")) if without else wanted
+            found = next((tail for tail in tails if re.fullmatch(wanted, tail)), None)
+            if found is not None:
+                pins[role] = "%s.%s" % (head, found)
+        if len(pins) > 1 or (pins and part["kind"] == "encoder"):
+            made.append({"kind": part["kind"], "pins": pins, "numbers": dict(part.get("numbers", {}))})
+    return made
