@@ -897,6 +897,8 @@ class Gauges(unittest.TestCase):
         self.assertGreater(found["none"], 20)
         self.assertLess(found["left"], 0.15 * found["none"])
         self.assertLess(found["left"], 0.5 * found["single"])
+        self.assertLess(found["touched"], found["left"] + 2)
+        self.assertNotEqual(found["touched"], found["left"])
         self.assertGreater(found["covered"], 0.9)
         text = "\n".join(growth_days.figures(paths, {(0, 1): {"z": found}}))
         self.assertIn("worse than without: 0 of 1 by axis_growth", text)

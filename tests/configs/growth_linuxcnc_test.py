@@ -267,6 +267,51 @@ class Identified(unittest.TestCase):
             self.assertLess(abs(compensated["deviation_mm"][2] - left), 5 * um)
 
 
+# Touches on the cold machine, works for five minutes, and touches twice.
+TOUCHES = """
+from plumb_linuxcnc import Machine
+
+with Machine() as machine:
+    machine.turn_on()
+    machine.home()
+    host = machine.host
+
+    def touch():
+        machine.run("touch.ngc")
+        print("touch", *(host.get("axis-growth." + pin) for pin in ("touch-code", "z-offset", "z-touch-change")))
+
+    machine.mdi("M64 P30")  # the compensation is on
+    touch()
+    machine.mdi("M3 S8000")
+    machine.wait(300)
+    machine.mdi("M5")
+    touch()
+    touch()
+    machine.wait(30)
+    print("end", host.get("axis-growth.z-offset"))
+"""
+
+
+class TouchedReference(unittest.TestCase):
+    def test_two_touches_of_a_fixed_surface_correct_the_law(self):
+        folder = own_folder(type(self))
+        machine = copy_configuration("growth", folder)
+        with open(os.path.join(machine, "touches.py"), "w", encoding="ascii") as file:
+            file.write(TOUCHES)
+        with open(os.path.join(machine, "identified_settings.hal"), "w", encoding="ascii") as file:
+            lines = {"z-growth-0": 0.002, "reference-0": 20, "smoothing": 1, "max-rate": 0.01}
+            file.writelines("setp axis-growth.%s %g\n" % line for line in lines.items())
+        ini = own_ini(os.path.join(machine, "identified.ini"))
+        status, output = run(folder, machine, ini, "touches.py")
+        self.assertEqual(status, 0, output)
+        lines = [line.split() for line in output.splitlines()]
+        touches = [tuple(map(float, line[1:])) for line in lines if line[:1] == ["touch"]]
+        self.assertEqual([touch[0] for touch in touches], [1, 3, 4], output)  # the reference, the first one, the law is corrected
+        end = next(float(line[1]) for line in lines if line[:1] == ["end"])
+        self.assertGreater(end - touches[1][1], 4 * um, output)  # the law is too small by a quarter
+        self.assertLess(end - touches[1][1], 15 * um, output)
+
+
 tearDownModule = starts("growth/growth.ini", "growth/trunnion.ini", "growth/identified.ini")
 
 

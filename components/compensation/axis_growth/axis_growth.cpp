@@ -12,6 +12,7 @@
 #include "hal/component.hpp"
 #include "hal/effect.hpp"
 #include "hal/offset.hpp"
+#include "hal/told.hpp"
 #include "hal/turning.hpp"
 #include "pages/axis_growth.page.hpp"
 
@@ -37,7 +38,7 @@ struct Settings {
     Eigen::Vector3d speed_sigma = Eigen::Vector3d::Zero();                      // mu
     GrowthLaw::Temperatures low = GrowthLaw::Temperatures::Zero(), high = low;  // K, of the rises
     double smoothing = 0, max_age = 0, hold_time = 0;                           // s
-    double harmless = 0, max_offset = 0;                                        // mu
+    double harmless = 0, max_offset = 0, touch_sigma = 0;                       // mu
     double max_rate = 0, max_speed = 0;                                         // mu/s
 
     bool in_range = false;
@@ -270,6 +271,90 @@ private:
     bool all_known_ = false;
 };
 
+// Touches of a reference that is fixed to the machine, and the correction of the law that follows from them.
+class Touches : public hal::Group {
+public:
+    using Group::Group;
+
+    // `law`: growth by the law, here and now; `offset`: in force; `still`: the touch counts; `between`: no
+    // part is made.
+    void step(const Settings& settings, const Eigen::Vector3d& law, const Eigen::Vector3d& offset,
+              double driven, bool still, bool between, double dt) noexcept {
+        if (!(settings.law == law_of_)) {
+            for (ProbedReference& each : axes_) each.forget();
+            law_of_ = settings.law;
+            moved_ = false;
+        }
+        const double number = axis_, position = position_;
+        const int axis = number > 0.5 && number < 3.5 ? static_cast<int>(std::lround(number)) - 1 : -1;
+        for (int k = 0; k < 3; ++k) axes_[static_cast<std::size_t>(k)].step(dt, of_axis(settings, k));
+        if (touched_.rises(axis >= 0)) {
+            outcome_ = Probing::not_now;
+            if (still && std::abs(position) <= farthest) {
+                ProbedReference& its = axes_[static_cast<std::size_t>(axis)];
+                const bool cold = driven < cold_drive &&
+                                  (!its.referred() || std::abs(its.since(law[axis])) <= settings.harmless);
+                outcome_ = its.probe(position + offset[axis], law[axis], cold, of_axis(settings, axis));
+                moved_ = outcome_ == Probing::moved;
+            }
+            told_for_ = told_time;
+            for (int k = 0; k < 3; ++k) changes_[k] = axes_[static_cast<std::size_t>(k)].change(law[k]);
+        }
+        told_for_ = std::max(told_for_ - dt, 0.0);
+        for (std::size_t k = 0; k < 3; ++k) {
+            change_[k] = changes_[static_cast<int>(k)];
+            if (between) axes_[k].take_over();
+        }
+        code_ = outcome_;
+        news_ = told_for_ > 0;
+    }
+
+    void correct(GrowthLaw::Line& line) const noexcept {
+        for (int k = 0; k < 3; ++k) {
+            const ProbedReference& its = axes_[static_cast<std::size_t>(k)];
+            line.offset[k] = its.scale() * line.offset[k] + its.shift();
+            line.slope[k] *= its.scale();
+        }
+    }
+    bool moved() const noexcept { return moved_; }
+    bool revoked() const noexcept {
+        return std::any_of(axes_.begin(), axes_.end(),
+                           [](const ProbedReference& its) { return its.revoked(); });
+    }
+
+private:
+    static constexpr double farthest = 1e6, told_time = 1;  // mu, s
+    static constexpr double cold_drive = 0.05;              // of the spindle
+
+    static ProbedReference::Settings of_axis(const Settings& settings, int k) noexcept {
+        ProbedReference::Settings its;
+        its.uncertainty = settings.touch_sigma;
+        its.law_sigma = std::max(settings.sigma[k], settings.harmless);
+        its.least_drift = 2 * settings.harmless;
+        its.fading = settings.watch.slow_time;
+        return its;
+    }
+
+    hal::In<double> axis_{
+        this, "touched-axis", 0, "1",
+        "Axis along which the reference was touched: 1 X, 2 Y, 3 Z; counts when it leaves 0."};
+    hal::In<double> position_{this, "touched-position", 0, "mu",
+                              "Machine position of that axis at the touch, as LinuxCNC counts."};
+    hal::Axes<hal::Out<double>, 3> change_{
+        this, "%-touch-change", "mu", "Change of the offset of % by the last touch, from the next part on."};
+    hal::Code<Probing> code_{this, "touch-code", "Outcome of the last touch of the reference."};
+    hal::Out<bool> news_{this, "touch-news", "The reference was touched; true for a second."};
+    hal::Told told_{this, "touch-news", hal::Tell::text, "{touch-code}"};
+
+    std::array<ProbedReference, 3> axes_;
+    Eigen::Vector3d changes_ = Eigen::Vector3d::Zero();
+    GrowthLaw law_of_;
+    Edge touched_;
+    Probing outcome_ = Probing::none;
+    double told_for_ = 0;
+    bool moved_ = false;
+};
+
 }  // namespace axis_growth
 
 struct AxisGrowth final : hal::Component {
@@ -303,7 +388,7 @@ struct AxisGrowth final : hal::Component {
     axis_growth::Sensors sensors{this, number_of_sensors};
     axis_growth::LawPins law{this, number_of_sensors};
     static constexpr hal::Range smoothings{0, 3600}, ages{0, 1e6}, errors{0, 1}, offsets{0, 100};
-    static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5};
+    static constexpr hal::Range rates{1e-6, 10}, axis_speeds{1e-6, 1e5}, touch_sigmas{1e-6, 1};
     hal::In<double> smoothing{
         this, "smoothing", 20, "s", "Time constant that smooths the temperatures.", hal::machine(smoothings)};
     hal::In<double> max_age{this, "max-age", 60, "s", "Largest age of a temperature.", hal::machine(ages)};
@@ -315,6 +400,12 @@ struct AxisGrowth final : hal::Component {
                               hal::expert(axis_growth::LawPins::times)};
     hal::In<double> harmless{
         this, "harmless", 0.005, "mu", "An offset this wrong does no harm.", hal::machine(errors)};
+    hal::In<double> touch_sigma{this,
+                                "touch-sigma",
+                                0.002,
+                                "mu",
+                                "Standard uncertainty of a touch of the reference.",
+                                hal::machine(touch_sigmas)};
     hal::In<double> max_offset{
         this, "max-offset", 0.15, "mu", "Largest offset of an axis, either way.", hal::machine(offsets)};
     hal::In<double> max_rate{this,
@@ -325,6 +416,8 @@ struct AxisGrowth final : hal::Component {
                              hal::machine(rates)};
     hal::In<double> max_speed{
         this, "max-speed", 1000, "mu/s", "No axis moves faster.", hal::must(axis_speeds)};
+
+    axis_growth::Touches touches{this};
 
     hal::Axes<hal::Out<double>, 3> offset{this, "%-offset", "mu", "Offset of %, for its stage."};
     hal::Axes<hal::Out<double>, 3> growth{this, "%-growth", "mu", "Growth of % here and now, by the law."};
@@ -364,10 +457,15 @@ struct AxisGrowth final : hal::Component {
             settings_, [this](int i) noexcept { return settings_.law.uses(i); }, driven,
             slow_drive_.step(speed_, slow, dt), dt);
 
-        const GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
+        GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
         if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
         const bool homed = all_homed, enabled = permission.enabled();
         const bool applies = enabled && homed && sensors.all_known();
+        const bool counts = homed && sensors.all_known() && sensors.lost() == 0 && !ramp_.ramping() &&
+                            position_good_ && !settings_.law.is_empty();
+        touches.step(settings_, line.at(position_, settings_.law.pivot), ramp_.offset(), driven, counts,
+                     !cycle_running, dt);
+        touches.correct(line);
         const double part = trust(driven, applies);
         follow(line, applies ? part : 0, jumped, dt);
 
@@ -387,6 +485,8 @@ struct AxisGrowth final : hal::Component {
         const Doubt its_doubt = hal::first<Doubt>({{wrong >= 0, axis_growth::contradiction(wrong)},
                                                    {sensors.lost() > settings_.hold_time, Doubt::old},
                                                    {sensors.lost() > 0, Doubt::sensor},
+                                                   {touches.revoked(), Doubt::revoked},
+                                                   {touches.moved(), Doubt::moved},
                                                    {applies && uncertain && beyond_, Doubt::range},
                                                    {applies && uncertain, Doubt::uncertain}});
         doubt = its_doubt;
@@ -402,6 +502,8 @@ struct AxisGrowth final : hal::Component {
         seen.temperatures_known = sensors.all_known();
         seen.returns = sensors.lost() > settings_.hold_time;
         seen.held = sensors.lost() > 0 || wrong >= 0;
+        seen.moved = touches.moved();
+        seen.revoked = touches.revoked();
         seen.uncertain = its_doubt == Doubt::range || its_doubt == Doubt::uncertain;
         seen.bounded = ramp_.limited();
         seen.ramping = ramp_.ramping();
@@ -433,6 +535,7 @@ private:
         wanted.max_age = read(max_age);
         wanted.hold_time = read(hold_time);
         wanted.harmless = read(harmless);
+        wanted.touch_sigma = read(touch_sigma);
         wanted.max_offset = read(max_offset);
         wanted.max_rate = read(max_rate);
         wanted.max_speed = read(max_speed);

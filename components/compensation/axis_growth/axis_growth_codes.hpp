@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
+#include "components/compensation/axis_growth/probed_reference.hpp"
 #include "hal/first.hpp"
 #include "hal/status.hpp"
 
@@ -29,7 +30,9 @@ enum class Doubt : std::int32_t {
     temperature_0,
     temperature_1,
     temperature_2,
-    temperature_3
+    temperature_3,
+    moved,
+    revoked
 };
 // Of a sensor that contradicts the others.
 constexpr Doubt contradiction(int sensor) noexcept {
@@ -65,6 +68,38 @@ constexpr const char* sentence(Doubt doubt) {
             return "Temperature 3 contradicts the other temperatures and the spindle speed. An offset by it "
                    "holds, "
                    "and returns to 0 after hold-time.";
+        case Doubt::moved:
+            return "The touches of the reference do not agree, or no growth explains them: the bore or the "
+                   "probe may have moved.";
+        case Doubt::revoked:
+            return "The touches of the reference show more error with the law of growth than without it. "
+                   "The law of this axis is revoked. Repeat the growth test.";
+        default: return nullptr;
+    }
+}
+
+constexpr const char* sentence(Probing probing) {
+    switch (probing) {
+        case Probing::reference:
+            return "The reference is touched on the cold machine: growth counts from here.";
+        case Probing::no_reference:
+            return "The reference was never touched on the cold machine, so this touch corrects nothing.";
+        case Probing::first:
+            return "The reference is touched. A second touch that agrees corrects the growth.";
+        case Probing::corrected:
+            return "Two touches agree. The next part is made with the offset of X changed by "
+                   "{x-touch-change}, Y by {y-touch-change}, Z by {z-touch-change}.";
+        case Probing::moved:
+            return "The touches do not agree, or no growth explains them. Has the bore or the probe moved? "
+                   "Nothing changes.";
+        case Probing::revoked:
+            return "The touches show more error with the law of growth than without it: the law of this axis "
+                   "is revoked. The next part is made with the offset of X changed by {x-touch-change}, Y by "
+                   "{y-touch-change}, Z by {z-touch-change}.";
+        case Probing::not_now:
+            return "This touch does not count: no law is set, a temperature or the position is invalid, or "
+                   "an "
+                   "axis moves to its offset.";
         default: return nullptr;
     }
 }
@@ -79,7 +114,9 @@ enum class AxisGrowthStatus : std::int32_t {
     held,
     bounded,
     ramping,
-    uncertain
+    uncertain,
+    moved,
+    revoked
 };
 
 constexpr hal::Said said(AxisGrowthStatus status) {
@@ -108,6 +145,16 @@ constexpr hal::Said said(AxisGrowthStatus status) {
                     "Check the sensors, and repeat the growth test on another day.",
                     {},
                     "doubt-code"};
+        case AxisGrowthStatus::moved:
+            return {
+                Kind::warn,
+                "Has the bore or the probe moved? Their touches do not agree, or no growth explains them.",
+                "Check the bore and the probe, and touch the reference again."};
+        case AxisGrowthStatus::revoked:
+            return {Kind::warn,
+                    "The touches of the reference show that the law of an axis is worse than none: this axis "
+                    "is not corrected.",
+                    "Repeat the growth test, and take over its result."};
         case AxisGrowthStatus::bounded:
             return hal::Said{
                 Kind::warn, "The growth of an axis exceeds the largest offset, and is not corrected in full.",
@@ -122,7 +169,7 @@ constexpr hal::Said said(AxisGrowthStatus status) {
 struct AxisGrowthSeen {
     bool fault = false, has_law = false, enabled = false, homed = false;
     bool temperatures_known = false, returns = false, held = false, bounded = false, ramping = false,
-         uncertain = false;
+         moved = false, revoked = false, uncertain = false;
     AxisGrowthStatus interlock{};
 };
 
@@ -138,6 +185,8 @@ inline AxisGrowthStatus status_of(const AxisGrowthSeen& seen) noexcept {
                           {seen.held, S::held},
                           {seen.bounded, S::bounded},
                           {seen.ramping, S::ramping},
+                          {seen.revoked, S::revoked},
+                          {seen.moved, S::moved},
                           {seen.uncertain, S::uncertain},
                           {true, S::corrects}});
 }

@@ -54,6 +54,10 @@ struct GrowthLaw {
         return !growth.col(sensor).isZero(0) || !slope.col(sensor).isZero(0);
     }
     bool uses_speed() const noexcept { return !by_speed.isZero(0); }
+    bool operator==(const GrowthLaw& other) const noexcept {
+        return growth == other.growth && slope == other.slope && by_speed == other.by_speed &&
+               reference == other.reference && pivot == other.pivot;
+    }
     bool is_empty() const noexcept { return growth.isZero(0) && slope.isZero(0) && !uses_speed(); }
 };
 

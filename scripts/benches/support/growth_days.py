@@ -3,6 +3,7 @@
 
 import json
 import os
+import random
 import subprocess
 
 import numpy as np
@@ -11,9 +12,12 @@ from support.figures import rms
 from support.growth_tests import law_of
 from support.recordings import read_columns, write_rows
 from support.simulations import BUILD
+from support.touches import SIGMA, touch
 
 PERIOD = 1  # s, of the thread
 SETTLE = 600  # s at the first row of a day, before the work zero is set
+TOUCHES = 7200  # s from two touches of the reference to the next two
+INSTANCES = ("axis-growth", "touched")  # the second one is corrected by the touches
 
 
 class Day:
@@ -72,50 +76,72 @@ def one_temperature(learnt, used, axis):
 
 
 def use(law, day):
-    """Time, and by axis offset and its sigma in um since the zero, and when axis_growth was in doubt."""
+    """Time, and by instance and axis offset and its sigma in um since the zero, and when axis_growth was in doubt."""
     import plumb
     from plumb_folder import TemporaryFolder
 
-    pins, values = ["axis-growth.spindle-speed"], [day.speed]
+    pins, values = ["spindle-speed"], [day.speed]
     for index, name in enumerate(law["sensors"]):
         if name and name not in day.temperatures:
             raise OSError("%s: there is no sensor '%s', which the law of the other day reads" % (day.path, name))
         if name:
-            pins.append("axis-growth.temperature-%d" % index)
+            pins.append("temperature-%d" % index)
             values.append(day.temperatures[name])
+    draw = random.Random(day.name)
     with TemporaryFolder() as folder, plumb.Host() as host:
         replay, recording = os.path.join(folder, "day.csv"), os.path.join(folder, "offsets.csv")
-        write_rows(replay, ["time", *pins], np.column_stack([day.time, *values]))
+        names = ["%s.%s" % (instance, pin) for instance in INSTANCES for pin in pins]
+        write_rows(replay, ["time", *names], np.column_stack([day.time, *values, *values]))
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
-        host.command("loadrt axis_growth names=axis-growth interlock=no sensors=4")
-        host.command("addf axis-growth.update servo-thread")
-        host.set("axis-growth.all-homed", True)
-        host.set("axis-growth.enable", True)
-        for pin, column in zip(pins, values):
-            host.set(pin, column[0] if "temperature" in pin else 0)
-        for line in law["lines"].split("\n"):
-            if line and not line.startswith("#"):
-                host.command(line)
+        host.command("loadrt axis_growth names=%s interlock=no sensors=4" % ",".join(INSTANCES))
+        for instance in INSTANCES:
+            host.command("addf %s.update servo-thread" % instance)
+            host.set(instance + ".all-homed", True)
+            host.set(instance + ".enable", True)
+            for pin, column in zip(pins, values):
+                host.set("%s.%s" % (instance, pin), column[0] if "temperature" in pin else 0)
+            for line in law["lines"].split("\n"):
+                if line and not line.startswith("#"):
+                    host.command(line.replace("axis-growth.", instance + "."))
         host.command("start")
         host.run(SETTLE)
-        host.set("axis-growth.zero-set", True)
+        touch(host, "touched", {axis: growth[0] for axis, growth in day.growth.items()}, draw)
+        for instance in INSTANCES:
+            host.set(instance + ".zero-set", True)
         host.run(1)
-        names = ["axis-growth.doubt", "axis-growth.authority"]
-        names += ["axis-growth.%s-%s" % (axis, pin) for axis in day.growth for pin in ("offset", "growth-sigma")]
+        names = ["axis-growth.doubt"]
+        names += ["%s.%s-%s" % (instance, axis, pin) for instance in INSTANCES for axis in day.growth for pin in ("offset", "growth-sigma")]
         host.record(recording, names, 60)
-        host.run(host.replay(replay))
+        left, now = host.replay(replay), 0
+        while left > TOUCHES:
+            host.run(TOUCHES)
+            now += TOUCHES
+            for _ in range(2):
+                touch(host, "touched", {axis: np.interp(now, day.time, growth) for axis, growth in day.growth.items()}, draw)
+            spent = 4 * len(day.growth) * PERIOD
+            now, left = now + spent, left - TOUCHES - spent
+        host.run(left)
         column = read_columns(recording)
     time = column["time"] - column["time"][0]
-    offsets = {axis: 1e3 * (column["axis-growth.%s-offset" % axis] - column["axis-growth.%s-offset" % axis][0]) for axis in day.growth}
-    sigmas = {axis: 1e3 * column["axis-growth.%s-growth-sigma" % axis] for axis in day.growth}
-    return time, offsets, sigmas, column["axis-growth.doubt"] > 0.5
+
+    def of(instance):
+        offsets = {axis: 1e3 * (column["%s.%s-offset" % (instance, axis)] - column["%s.%s-offset" % (instance, axis)][0]) for axis in day.growth}
+        return offsets, {axis: 1e3 * column["%s.%s-growth-sigma" % (instance, axis)] for axis in day.growth}
+
+    return time, {instance: of(instance) for instance in INSTANCES}, column["axis-growth.doubt"] > 0.5
+
+
+def held(time, growth):
+    """The growth at the last touch, without a law and without the noise of the touch."""
+    return growth[np.searchsorted(time, time // TOUCHES * TOUCHES)]
 
 
 def pair(learnt_path, used_path):
     """By axis: the rms of growth since the zero, and what axis_growth and one temperature leave of it, in um; and its doubts."""
     learnt, used = Day(learnt_path), Day(used_path)
     law = law_of(learnt_path)
-    time, offsets, sigmas, doubt = use(law, used)
+    time, by_instance, doubt = use(law, used)
+    offsets, sigmas = by_instance["axis-growth"]
     found = {}
     for axis, growth in used.growth.items():
         if axis not in learnt.growth:
@@ -128,6 +154,8 @@ def pair(learnt_path, used_path):
             "none": rms(none),
             "left": rms(left),
             "single": rms(single),
+            "touched": rms(none - by_instance["touched"][0][axis]),
+            "held": rms(none - held(time, none)),
             "doubt": float(np.mean(doubt)),
             "announced": bool(np.mean(doubt[harmed]) >= 0.5) if harmed.any() else False,
             "covered": float(np.mean(np.abs(left) <= 2 * sigmas[axis])),
@@ -161,6 +189,16 @@ def figures(paths, pairs):
         "worse than without: %d of %d by axis_growth, of which %d unannounced; %d by one temperature"
         % (len(worse), len(rows), sum(not its["announced"] for its in worse), sum(way < 0 for way in single)),
         "rms of all pairs: none %.1f um, one temperature %.1f um, axis_growth %.1f um" % tuple(rms([row[2][way] for row in rows]) for way in ("none", "single", "left")),
+        "touched twice every %g h, %g um a touch: %.1f um; removed, median: %.0f %%; worse than without: %d, than without touches by 1 um: %d; the last touch held: %.1f um"
+        % (
+            TOUCHES / 3600,
+            SIGMA,
+            rms([row[2]["touched"] for row in rows]),
+            np.median([100 * (1 - row[2]["touched"] / row[2]["none"]) for row in rows]),
+            sum(row[2]["touched"] > row[2]["none"] for row in rows),
+            sum(row[2]["touched"] > row[2]["left"] + 1 for row in rows),
+            rms([row[2]["held"] for row in rows]),
+        ),
         "within 2 sigma: %.0f %% of the time, mean of the pairs; sigma %.1f um, median of the pairs, beside %.1f um that were left, median"
         % (100 * np.mean([row[2]["covered"] for row in rows]), np.median([row[2]["sigma"] for row in rows]), np.median([row[2]["left"] for row in rows])),
         "in doubt for more than a tenth of the time: %d of %d" % (sum(row[2]["doubt"] > 0.1 for row in rows), len(rows)),

@@ -9,6 +9,7 @@ import numpy as np
 from support.figures import rms
 from support.growth_tests import DEVIATIONS, FASTEST, PLAN, add_axis_growth, law_of, plan_of, run_test
 from support.recordings import read_columns
+from support.touches import SIGMA, touch
 
 PERIOD = 1  # s
 EVERY = 20  # s
@@ -43,11 +44,12 @@ def load_machine(host, seed, settings, instances):
     return draw
 
 
-def run_day(host, pin, seed, duration, progress):
-    """The speed of the spindle by its duty, until `progress` wants no more."""
+def run_day(host, pin, seed, duration, progress, after=lambda: None):
+    """The speed of the spindle by its duty, until `progress` wants no more; `after` each part of it."""
     for speed, time in draw_duty(seed, duration):
         host.set(pin, speed)
         host.run(time)
+        after()
         if not progress(time):
             return
 
@@ -67,11 +69,13 @@ def simulate(structure, seed, duration, hours, progress):
         growth, offset, sigma = (1e3 * column[name % axis] for name in ("artifact.truth-%s-deviation", "axis-growth.%s-offset", "axis-growth.%s-growth-sigma"))
         growth, offset = growth - growth[0], offset - offset[0]
         left = growth - offset
+        touched = 1e3 * column["touched.%s-offset" % axis]
         harmed = np.abs(left) > np.abs(growth) + 1
         found.append(
             {
                 "none": growth,
                 "left": left,
+                "touched": growth - (touched - touched[0]),
                 "covered": float(np.mean(np.abs(left) <= 2 * sigma)),
                 "announced": bool(harmed.any() and np.mean(doubt[harmed]) >= 0.5),
                 "doubt": float(np.mean(doubt)),
@@ -88,18 +92,27 @@ def work(folder, seed, settings, law, duration, progress):
     path = os.path.join(folder, "day.csv")
     with plumb.Host() as host:
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
-        host.set("artifact.air-day", load_machine(host, seed, settings, ["axis-growth"]).uniform(0.5, 2))
+        host.set("artifact.air-day", load_machine(host, seed, settings, ["axis-growth", "touched"]).uniform(0.5, 2))
         host.command("addf artifact.update servo-thread")
         add_axis_growth(host, law["lines"])
-        host.command("net speed artifact.spindle-speed => axis-growth.spindle-speed")
+        add_axis_growth(host, law["lines"].replace("axis-growth.", "touched."), "touched")
+        host.command("net speed artifact.spindle-speed => axis-growth.spindle-speed touched.spindle-speed")
+        draw = random.Random(seed)
+
+        def touches(count):
+            for _ in range(count):
+                touch(host, "touched", {axis: 1e3 * host.get("artifact.truth-%s-deviation" % axis) for axis in "xyz"}, draw)
+
         host.command("start")
         host.run(SETTLE)
+        touches(1)
         host.set("axis-growth.zero-set", True)
         host.run(PERIOD)
         names = ["axis-growth.doubt"] + DEVIATIONS
         names += ["axis-growth.%s-%s" % (axis, pin) for axis in "xyz" for pin in ("offset", "growth-sigma")]
+        names += ["touched.%s-offset" % axis for axis in "xyz"]
         host.record(path, names, EVERY)
-        run_day(host, "artifact.spindle-speed-cmd", seed, duration, progress)
+        run_day(host, "artifact.spindle-speed-cmd", seed, duration, progress, lambda: touches(2))
         return read_columns(path)
 
 
@@ -122,7 +135,7 @@ def figures(outcomes):
     """`outcomes`: what simulate() found, by structure a list over machines."""
     lines = ["%-14s%6s%24s%24s%14s%10s%10s%12s" % ("structure", "axis", "without, um", "with axis_growth, um", "worse by 1", "unannou.", "doubt", "<= 2 sigma")]
     lines.append("%-14s%6s%24s%24s" % ("", "", "median   p90   max", "median   p90   max"))
-    spaces = {"none": [], "left": []}
+    spaces = {"none": [], "left": [], "touched": []}
     for structure, found in outcomes.items():
         for axis in range(3):
             its = [machine[axis] for machine in found]
@@ -139,4 +152,10 @@ def figures(outcomes):
     moved = [axis["air"] for found in outcomes.values() for machine in found for axis in machine]
     lines.append("%g K of the air alone move %d of %d axes by more than %g um, %.1f um at most" % (AIR, sum(by > HARMLESS for by in moved), len(moved), HARMLESS, max(moved)))
     lines.append("in space, rms over all machines: %.1f um without, %.1f um with axis_growth" % (rms(spaces["none"]), rms(spaces["left"])))
+    axes = [(rms(axis["touched"]), rms(axis["left"]), rms(axis["none"])) for found in outcomes.values() for machine in found for axis in machine]
+    worse = sum(touched > none + WORSE for touched, _, none in axes), sum(touched > left + WORSE for touched, left, _ in axes)
+    lines.append(
+        "touched twice at each change of duty, %g um a touch: %.1f um in space; worse by %g um than without: %d, than without touches: %d of %d axes"
+        % (SIGMA, rms(spaces["touched"]), WORSE, *worse, len(axes))
+    )
     return lines

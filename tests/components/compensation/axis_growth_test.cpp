@@ -379,5 +379,91 @@ TEST(AxisGrowth, OnAnInchMachineTheSameLawIsInInches) {
     EXPECT_NEAR(m.get("x-offset"), 0.02 / 25.4, 1e-9);
 }
 
+// A law of Z, and a surface that is fixed to the machine: where it is touched, LinuxCNC counts truth -
+// offset.
+struct Touched : Machine {
+    Touched() {
+        set({{"z-growth-0", 0.004}, {"temperature-0", 20}, {"harmless", 0.005}});
+        run(0.1);
+    }
+    // A touch while the machine has grown by this.
+    double touch(double grown) {
+        set({{"touched-position", -200 + grown - get("z-offset")}, {"touched-axis", 3}});
+        run(0.01);
+        set("touched-axis", 0);
+        run(0.01);
+        return get("touch-code");
+    }
+};
+enum Status { moved_status = 48, revoked_status };
+enum Outcome { reference = 1, no_reference, first, corrected, moved, revoked, not_now };
+
+TEST(AxisGrowth, TwoTouchesOfAReferenceCorrectTheLawBetweenParts) {
+    Touched m;
+    EXPECT_EQ(m.touch(0), reference);
+    EXPECT_TRUE(m.get("touch-news"));
+    m.set({{"cycle-running", 1}, {"temperature-0", 30}});
+    m.run(2);
+    EXPECT_FALSE(m.get("touch-news"));
+    EXPECT_EQ(m.touch(0.05), first);
+    EXPECT_EQ(m.touch(0.05), corrected);
+    const double change = m.get("z-touch-change");
+    EXPECT_GT(change, 0.004) << "of 10 um that the law leaves, as they may not last";
+    EXPECT_LT(change, 0.009);
+    EXPECT_NEAR(m.get("z-offset"), 0.040, 1e-9) << "not in the part";
+    m.set("cycle-running", 0);
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), 0.040 + change, 1e-5);
+    EXPECT_EQ(m.get("z-touch-change"), change) << "for the message";
+    EXPECT_EQ(m.get("x-offset"), 0);
+    EXPECT_EQ(m.touch(0.05), first) << "the touch contains the new offset";
+    EXPECT_EQ(m.touch(0.05), corrected);
+    EXPECT_GT(m.get("z-offset"), 0.0475) << "the error lasts";
+    m.set("temperature-0", 35);
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), 0.0745, 0.002) << "the scale goes on";
+}
+
+TEST(AxisGrowth, ALawThatTwoTouchesFindWorseThanNoneIsRevoked) {
+    Touched m;
+    m.touch(0);
+    m.set("temperature-0", 30);
+    m.run(0.1);
+    EXPECT_EQ(m.touch(0), first);
+    EXPECT_EQ(m.touch(0), revoked);
+    m.run(0.1);
+    EXPECT_EQ(m.get("z-offset"), 0);
+    EXPECT_EQ(m.get("doubt-code"), 10);
+    EXPECT_EQ(m.get("status-code"), revoked_status);
+    m.set("z-growth-0", 0.002);
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), 0.020, 1e-9) << "another law begins anew";
+    EXPECT_FALSE(m.get("doubt"));
+    EXPECT_EQ(m.touch(0.02), reference);
+}
+
+TEST(AxisGrowth, TouchesThatDisagreeOrCannotCountChangeNothing) {
+    Touched m;
+    m.touch(0);
+    m.set("temperature-0", 30);
+    m.run(0.1);
+    m.touch(0.04);
+    EXPECT_EQ(m.touch(0.06), moved);
+    EXPECT_EQ(m.get("doubt-code"), 9);
+    EXPECT_EQ(m.get("status-code"), moved_status);
+    EXPECT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+    for (const double bad : {nan, 1e9}) {
+        m.set({{"touched-position", bad}, {"touched-axis", 3}});
+        m.run(0.01);
+        m.set("touched-axis", 0);
+        m.run(0.01);
+        EXPECT_EQ(m.get("touch-code"), not_now);
+    }
+    m.set("temperature-valid-0", 0);
+    m.run(0.01);
+    EXPECT_EQ(m.touch(0.04), not_now);
+    EXPECT_NEAR(m.get("z-offset"), 0.04, 1e-9);
+}
+
 }  // namespace
 }  // namespace plumb

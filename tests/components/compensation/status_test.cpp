@@ -208,6 +208,8 @@ TEST(AxisGrowthStatus, SaysThatItCorrectsOnlyWhileItDoes) {
          {"a sensor is lost", [](auto& its) { its.held = true; }, S::held, Kind::warn},
          {"a bound", [](auto& its) { its.bounded = true; }, S::bounded, Kind::warn},
          {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
+         {"a revoked law", [](auto& its) { its.revoked = true; }, S::revoked, Kind::warn},
+         {"a bore that may have moved", [](auto& its) { its.moved = true; }, S::moved, Kind::warn},
          {"a large sigma", [](auto& its) { its.uncertain = true; }, S::uncertain, Kind::warn},
          {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
 }
