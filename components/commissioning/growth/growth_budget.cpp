@@ -55,7 +55,7 @@ std::optional<GrowthCurve> curve_of(const GrowthMeans& means, int axis, int part
     const auto as_vector = [](const std::vector<double>& values) {
         return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
     };
-    return fit_growth_curve(as_vector(t), as_vector(y), {usual_seat, false});
+    return fit_growth_curve(as_vector(t), as_vector(y), usual_seat);
 }
 
 void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits) {

@@ -25,9 +25,9 @@ VectorXd row(double low, double high, int count) {
 }
 
 // Time constants that a test of this length can show.
-VectorXd time_constants(double span) {
+VectorXd time_constants(double span, int count) {
     const double low = std::max(span / 50, std::min(shortest, span / 5));
-    return row(low, std::max(std::min(3 * span, longest), 2 * low), constants);
+    return row(low, std::max(std::min(3 * span, longest), 2 * low), count);
 }
 
 // Without knowledge of the noise: one to three exponentials with time constants of a fixed row, and a noise
@@ -81,9 +81,8 @@ struct Row {
 Row row_of(const VectorXd& t, const VectorXd& y) {
     const double span = t.maxCoeff() - t.minCoeff();
     const VectorXd since = t.array() - t.minCoeff();
-    const double low = std::max(span / 50, std::min(shortest, span / 5));
     Row its;
-    its.tau = row(low, std::max(std::min(3 * span, longest), 2 * low), fine);
+    its.tau = time_constants(span, fine);
     its.step = std::log(its.tau[1] / its.tau[0]);
     its.slope = (-span * its.tau.array().inverse()).exp() / its.tau.array();
     its.columns.resize(t.size(), of_values + 1);
@@ -247,20 +246,20 @@ struct Choice {
 }  // namespace growth_curve
 
 std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eigen::VectorXd& y,
-                                            const GrowthNoise& noise) {
+                                            double expected_noise) {
     using namespace growth_curve;
     const Eigen::Index n = t.size();
-    if (n < (noise.expected > 0 ? 2 : 5) || n != y.size() || !t.allFinite() || !y.allFinite())
+    if (n < (expected_noise > 0 ? 2 : 5) || n != y.size() || !t.allFinite() || !y.allFinite())
         return std::nullopt;
     const double span = t.maxCoeff() - t.minCoeff(), range = y.maxCoeff() - y.minCoeff();
     if (!(span > 0)) return std::nullopt;
-    if (!(noise.expected > 0)) {
+    if (!(expected_noise > 0)) {
         GrowthCurve curve = mean_of_models(t, y);
         curve.determined = !curve.shorter && 4 * curve.steady_sigma < std::max(range, 4 * curve.noise);
         return curve;
     }
-    const double size = std::max(range, noise.expected);
-    const VectorXd tau = time_constants(span);
+    const double size = std::max(range, expected_noise);
+    const VectorXd tau = time_constants(span, constants);
     MatrixXd terms(n, constants + 1);
     VectorXd end = VectorXd::Ones(constants + 1), slope = VectorXd::Zero(constants + 1);
     terms.col(0).setOnes();
@@ -272,8 +271,7 @@ std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eige
     const MatrixXd products = terms.transpose() * terms;
     const VectorXd right = terms.transpose() * from_first;
 
-    VectorXd noises = row(noise.expected / 4, 4 * noise.expected, 15);
-    if (noise.known) noises = VectorXd::Constant(1, noise.expected);
+    const VectorXd noises = row(expected_noise / 4, 4 * expected_noise, 15);
     std::vector<Choice> choices;
     for (const double b : row(0.03 * size, 4 * size, 10))
         for (const double s : noises) {
@@ -287,7 +285,7 @@ std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eige
             const MatrixXd lower = factors.matrixL();
             its.weight = -rest / 2 - lower.diagonal().array().log().sum() +
                          precision.array().log().sum() / 2 - static_cast<double>(n) * std::log(s);
-            its.weight -= std::pow(std::log(s / noise.expected) / guess, 2) / 2;
+            its.weight -= std::pow(std::log(s / expected_noise) / guess, 2) / 2;
             its.noise = s;
             const auto square_of = [&](const VectorXd& wanted, double value) {
                 return value * value + wanted.dot(factors.solve(wanted));

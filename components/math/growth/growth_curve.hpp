@@ -29,14 +29,10 @@ struct GrowthCurve {
     double high() const noexcept { return steady + 2 * steady_sigma; }
 };
 
-struct GrowthNoise {
-    double expected = 0;  // standard deviation of a value; 0: nothing is known about it
-    bool known = false;   // else within a factor of two
-};
-
-// Times in s, finite; not all at one time. Two values give a noise that is little more than the expected one,
+// Times in s, finite; not all at one time. `expected_noise`: standard deviation of a value, within a factor
+// of two; 0: nothing is known about it. Two values give a noise that is little more than the expected one,
 // and nothing without one; a steady state needs five.
 std::optional<GrowthCurve> fit_growth_curve(const Eigen::VectorXd& t, const Eigen::VectorXd& y,
-                                            const GrowthNoise& noise = {});
+                                            double expected_noise = 0);
 
 }  // namespace plumb

@@ -63,7 +63,7 @@ TEST_P(Curve, CoversSteadyStateAndRateOfMachinesWithSeveralTimeConstants) {
     int steady = 0, rate = 0;
     for (int i = 0; i < machines; ++i) {
         const Drawn its = machine(random, GetParam(), 1 * um);
-        const auto curve = fit_growth_curve(its.t, its.y, {1 * um, false});
+        const auto curve = fit_growth_curve(its.t, its.y, 1 * um);
         ASSERT_TRUE(curve);
         steady += curve->low() <= its.steady && its.steady <= curve->high();
         rate += std::abs(curve->rate - its.rate) <= 2 * curve->rate_sigma;
@@ -81,7 +81,7 @@ TEST(GrowthCurve, FourPassesDoNotPretendToKnowTheNoise) {
     for (int i = 0; i < tests; ++i) {
         VectorXd t = VectorXd::LinSpaced(4, 0, 1.5 * hour), y(4);
         for (int k = 0; k < 4; ++k) y[k] = -40 * um * std::expm1(-t[k] / 2400) + 1.2 * um * random.gaussian();
-        const auto curve = fit_growth_curve(t, y, {1 * um, false});
+        const auto curve = fit_growth_curve(t, y, 1 * um);
         ASSERT_TRUE(curve);
         EXPECT_GT(curve->noise, 0.5 * um);
         EXPECT_LT(curve->freedom, 5);
@@ -98,7 +98,7 @@ TEST(GrowthCurve, FindsTheNoiseOfManyPasses) {
         for (int k = 0; k < 40; ++k)
             y[k] = -50 * um * std::expm1(-t[k] / 2000) + 20 * um * std::expm1(-t[k] / 9000) +
                    noise * um * random.gaussian();
-        const auto curve = fit_growth_curve(t, y, {1 * um, false});
+        const auto curve = fit_growth_curve(t, y, 1 * um);
         EXPECT_NEAR(curve->noise, noise * um, 0.3 * noise * um);
         EXPECT_GT(curve->freedom, 10);
     }
@@ -107,7 +107,7 @@ TEST(GrowthCurve, FindsTheNoiseOfManyPasses) {
 TEST(GrowthCurve, DriftWithoutEndIsARateAndNoSteadyState) {
     const VectorXd t = VectorXd::LinSpaced(9, 0, 4 * hour);
     const VectorXd y = -30 * um * ((-t.array() / 1500).exp() - 1) + t.array() * (2 * um / hour);
-    const auto curve = fit_growth_curve(t, y, {0.5 * um, true});
+    const auto curve = fit_growth_curve(t, y, 0.5 * um);
     ASSERT_TRUE(curve);
     EXPECT_NEAR(curve->rate * hour, 2 * um, 2 * curve->rate_sigma * hour);
     EXPECT_GT(curve->rate, 2 * curve->rate_sigma);
@@ -118,7 +118,7 @@ TEST(GrowthCurve, ExtremumThatTurnsIsNoSteadyState) {
     const VectorXd t = VectorXd::LinSpaced(11, 0, 320.0 * 60);
     const VectorXd y = 60 * um * ((-t.array() / 3000).exp() - (-t.array() / 20000).exp());
     ASSERT_LT(y.minCoeff(), -36 * um);
-    const auto curve = fit_growth_curve(t, y, {0.5 * um, true});
+    const auto curve = fit_growth_curve(t, y, 0.5 * um);
     ASSERT_TRUE(curve);
     EXPECT_GT(curve->rate, 2 * curve->rate_sigma);  // back, while y is negative
     EXPECT_LT(curve->low(), 0);
@@ -225,7 +225,7 @@ TEST(GrowthCurve, ShiftAndScaleOfTheValuesShiftAndScaleTheResult) {
 
 TEST(GrowthCurve, TooFewValuesOneTimeOrNoNumbersGiveNothing) {
     EXPECT_FALSE(fit_growth_curve(VectorXd::LinSpaced(4, 0, 1), VectorXd::Ones(4)));
-    EXPECT_FALSE(fit_growth_curve(VectorXd::Ones(1), VectorXd::Ones(1), {1 * um, false}));
+    EXPECT_FALSE(fit_growth_curve(VectorXd::Ones(1), VectorXd::Ones(1), 1 * um));
     EXPECT_FALSE(fit_growth_curve(VectorXd::Ones(8), VectorXd::Ones(8)));
     EXPECT_FALSE(fit_growth_curve(VectorXd::LinSpaced(8, 0, 1), VectorXd::Constant(8, NAN)));
 }
