@@ -80,9 +80,9 @@ class Volume(unittest.TestCase):
         self.write("y.csv", "# u: EYY 0.0003\nY,EXY,EYY\n0,0.001,0.002\n300,0.003,0.004\n600,0,0\n# end, 3 rows\n")
         self.run_volume("reversal", self.readings(), "--axis", "Y", "--output", "new.csv", "--into", "y.csv", "--reading-u", "0.1um")
         lines = self.read("new.csv").splitlines()
-        self.assertEqual([lines[1], lines[2]], ["# u: EYY 0.0003", "Y,EYY+,EYY-,EXY"])
+        self.assertEqual(lines[2:5], ["# by: readings from both sides", "# u: EYY 0.0003", "Y,EYY+,EYY-,EXY"])
         self.assertTrue(lines[0].startswith("# u: EYY+ "), lines[0])
-        self.assertEqual(lines[4], "300,-0.001,0.009,0.003")
+        self.assertEqual(lines[6], "300,-0.001,0.009,0.003")
         self.assertIn("y.csv: holds a table of another axis", self.refused("reversal", self.readings(), "--axis", "X", "--output", "z.csv", "--into", "y.csv", "--reading-u", "1um").splitlines()[-1])
 
     def test_readings_that_a_stranger_writes_are_refused_with_the_reason(self):
@@ -232,7 +232,7 @@ class Volume(unittest.TestCase):
         self.write("edge.csv", "\n".join(rows) + "\n")
         output = self.run_volume("straightedge", "edge.csv", "--error", "EYX", "--u", "0.5um", "--output", "x.csv")
         self.assertIn("Straightness EYX: 9.00 um, U of each value 0.71 um", output)
-        self.assertRegex(self.read("x.csv"), r"\A# date: 20\d\d-\d\d-\d\d\n# u: EYX 0\.000353553391\nX,EYX\n0,0\.0055\n")
+        self.assertRegex(self.read("x.csv"), r"\A# date: 20\d\d-\d\d-\d\d\n# u: EYX 0\.000353553391\n# by: straightedge\nX,EYX\n0,0\.0055\n")
         self.assertIn("'EXX' is no straightness", self.refused("straightedge", "edge.csv", "--error", "EXX", "--u", "1um"))
         for u in ("0um", "-1um", "5mm"):
             self.assertIn("--u: '%s' is not above 0 and below 1 mm" % u, self.refused("straightedge", "edge.csv", "--error", "EYX", "--u", u))
@@ -309,7 +309,7 @@ class Volume(unittest.TestCase):
         self.write("x.csv", "# u: EXX 0.0005\n# u-common: EXX 2e-6 per X\nX,EXX\n0,0\n400,0.003\n800,0\n# end, 3 rows\n")
         arguments = (*self.COLUMN, "--tilt", "EC0Y=-80urad,u=4urad", "--table", "x.csv", "--repeatability", "X=0.3um")
         output = " ".join(self.run_volume(*arguments).split())
-        self.assertRegex(output, r"After correction: 0\.0 um \+- \d\.\d um \(k = 2\) over [\d.]+ m, worst at X 800 Y 600 Z (-500|-250|0) with T3\. Largest share: EC0Y, \d\d %\.")
+        self.assertRegex(output, r"After correction: at least \+- \d\.\d um \(k = 2\) over [\d.]+ m, worst at X 800 Y 600 Z (-500|-250|0) with T3\. Largest share: EC0Y, \d\d %\.")
         self.assertIn("Not corrected, and not in U: the orientation of the tool", output)
         found = json.loads(self.run_volume(*arguments, "--json"))
         self.assertEqual(len(found["places"]), 27)
@@ -319,14 +319,88 @@ class Volume(unittest.TestCase):
         self.assertAlmostEqual(found["U"], expected, delta=0.05 * expected)
         self.assertEqual(json.loads(self.run_volume(*arguments, "--json"))["U"], found["U"])
 
-    def test_what_has_no_uncertainty_makes_the_whole_unknown(self):
+    def errors(self, *arguments):
+        """The list of errors by name: (state, u in mm or rad, source)."""
+        return {its["name"]: (its["state"], its["u"], its["by"]) for its in json.loads(self.run_volume(*self.COLUMN, *arguments, "--json"))["errors"]}
+
+    def test_an_error_that_was_never_measured_is_unknown_and_no_zero(self):
         output = " ".join(self.run_volume(*self.COLUMN, "--tilt", "EC0Y=-80urad").split())
-        self.assertIn("+- unknown: EC0Y has no uncertainty", output)
+        self.assertIn("After correction: U is unknown, for nothing was measured. 30 of 30 errors are unknown, the first of them XY. To measure XY: square and indicator", output)
+        self.assertIn("XY unknown EC0Y, without u; measure by: square and indicator", output)
         self.write("x.csv", "X,EXX+,EXX-\n0,0,0\n800,0,0.001\n# end, 2 rows\n")
-        output = " ".join(self.run_volume(*self.COLUMN, "--tilt", "EC0Y=1urad,u=1urad", "--table", "x.csv").split())
-        self.assertIn("+- unknown: EXX has no uncertainty", output)
-        self.assertIn("No uncertainty either: EXX, by direction.", output)
+        tilt = ("--tilt", "EC0Y=1urad,u=1urad,date=2026-11-20,by=square")
+        output = " ".join(self.run_volume(*self.COLUMN, *tilt, "--table", "x.csv").split())
+        self.assertIn("After correction: at least +- 1.2 um (k = 2)", output)
+        self.assertIn("29 of 30 errors are unknown, the first of them XZ. To measure XZ:", output)
+        self.assertNotRegex(output, r"\b0\.0+ um|\+- 0\b")
+        found = self.errors(*tilt, "--table", "x.csv")
+        self.assertEqual(found["XY"], ("measured", 1e-6, "EC0Y square, 2026-11-20"))
+        self.assertEqual(found["EXX"], ("unknown", None, "x.csv, no date, without u"))
+        self.assertEqual(found["lost motion X"], ("unknown", None, "x.csv, no date, without u"))
+        self.assertEqual(sum(its[0] == "unknown" for its in found.values()), 29)
         self.assertIsNone(json.loads(self.run_volume(*self.COLUMN, "--table", "x.csv", "--json"))["U"])
+        # A u of 0 is none.
+        self.write("x.csv", "# u: EXX 0\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
+        self.assertEqual(self.errors("--table", "x.csv")["EXX"][0], "unknown")
+        self.assertEqual(self.errors("--tilt", "EC0Y=1urad,u=0urad")["XY"][0], "unknown")
+
+    def test_a_corner_is_measured_by_any_tilt_that_opens_it(self):
+        """On w-Y.b-X-Z-t the square of Z may have turned X, too; the covariance of one square counts."""
+        gantry = ("uncertainty", "--chain", "w.b-X-Y-Z-t", *self.COLUMN[3:], "--json")
+        one = json.loads(self.run_volume(*gantry, "--tilt", "EC0Y=9urad,u=0urad", "--tilt", "EC0X=5urad,u=0urad", "--common", "square,EC0Y=1,EC0X=1,u=3urad"))["errors"][0]
+        self.assertEqual((one["name"], one["state"]), ("XY", "measured"))
+        self.assertAlmostEqual(one["u"], 3e-6, 12)  # EC0X turns Y with it: the corner opens by EC0Y alone
+        self.assertEqual(self.errors("--tilt", "EB0Y=3urad,u=1urad")["XZ"][0], "unknown")  # carries Z, and is no tilt of X or Z
+
+    SHEET = "error,u,source\nEYX,3um,maker's sheet, page 4\nsecond axis,2um,level at both ends of Z\nbending,5urad/K,maker's sheet\n"
+
+    def test_a_class_and_a_sheet_fill_the_list_with_their_source(self):
+        self.write("sheet.csv", self.SHEET)
+        options = ("--assume", "sheet.csv", "--assume", "iso-10791", "--temperature", "23degC")
+        found = self.errors(*options)
+        self.assertEqual({its[0] for its in found.values()}, {"assumed", "measured"})
+        self.assertEqual(found["EYX"], ("assumed", 0.003, "maker's sheet, page 4"))
+        self.assertEqual(found["XZ"], ("assumed", 2e-5, "ISO 10791, 20 um over 500 mm"))
+        self.assertEqual(found["EZX"][2], "ISO 10791, 15 um, travel to 800 mm")
+        self.assertAlmostEqual(found["bending"][1], 5e-6 * math.hypot(3, 0.3))
+        self.assertEqual(found["growth"][0], "measured")
+        output = " ".join(self.run_volume(*self.COLUMN, *options).split())
+        self.assertRegex(output, r"After correction: \+- \d\d um \(k = 2\) over")
+        self.assertNotIn("unknown", output)
+        self.assertEqual(self.errors("--assume", "iso-10791")["second axis"][0], "unknown")  # ISO has none
+        self.assertEqual(self.errors("--assume", "sheet.csv")["bending"], ("unknown", None, "the temperature is not known"))
+        # A measured line stays.
+        self.assertEqual(self.errors("--tilt", "EC0Y=1urad,u=1urad", "--assume", "iso-10791")["XY"][:2], ("measured", 1e-6))
+
+    def test_an_assumed_line_counts_as_a_measured_one_would(self):
+        """Each line alone, against the closed form at X 800 Y 600 Z 0 of a distance from X 0 Y 0 Z -500."""
+        r2 = math.sqrt(2)
+        for line, u, expected in (("XY", "4urad", 4e-6 * 600), ("YZ", "4urad", 4e-6 * 500), ("EXX", "1um", r2 * 1e-3), ("EYX", "1um", r2 * 1e-3), ("lost motion X", "2um", r2 * 1e-3),
+                                  ("repeatability Y", "1um", r2 * 1e-3), ("second axis", "1um", r2 * 1e-3), ("EXZ", "2um", r2 * 2e-3), ("growth", "10um/m", 10e-6 * 800)):
+            self.write("one.csv", "error,u,source\n%s,%s,test\n" % (line, u))
+            found = self.sure_of("--assume", "one.csv")
+            place = next(its for its in found["places"] if its["at"] == [800, 600, 0])
+            self.assertAlmostEqual(max(place["U_axis"]) / (2 * expected), 1, delta=0.06, msg=line)
+            self.assertTrue(found["at_least"])
+
+    def test_wrong_sheets_are_refused_with_line_and_value(self):
+        head = "error,u,source\n"
+        for text, reason in (("EYX,3um,sheet\n", "line 1: 'EYX,3um,sheet' is not the head error,u,source"), (head + "EYX,3um\n", "line 2: 'EYX,3um' has no source"),
+                             (head + "EYX,3um,\n", "line 2: 'EYX,3um,' has no source: without one the error stays unknown"), (head + "EYQ,3um,sheet\n", "line 2: 'EYQ' is no error of this chain"),
+                             (head + "EYX,3urad,sheet\n", "line 2: EYX: '3urad' has an unknown unit"), (head + "XY,0urad,sheet\n", "line 2: XY: '0urad' is no u above 0"), ("", "there is no line error,u,source in it")):
+            self.write("sheet.csv", text)
+            self.assertIn("sheet.csv: " + reason, self.refused(*self.COLUMN, "--assume", "sheet.csv"))
+        self.assertIn("no/such.csv", self.refused(*self.COLUMN, "--assume", "no/such.csv"))
+
+    def test_the_repeatability_that_reversal_measured_is_in_U(self):
+        self.run_volume("reversal", self.readings(0.001), "--axis", "X", "--output", "x.csv")
+        measured = json.loads(self.run_volume("reversal", "readings.csv", "--axis", "X", "--json"))["repeatability"]
+        found = self.errors("--table", "x.csv")
+        self.assertAlmostEqual(found["repeatability X"][1], measured, 9)
+        self.assertIn("# by: readings from both sides\n", self.read("x.csv"))
+        self.assertEqual(found["lost motion X"], ("unknown", None, "x.csv ends at 100 and 500 mm"))
+        shares = {its["of"]: its["part"] for its in self.sure_of("--table", "x.csv")["shares"]}
+        self.assertGreater(shares["repeatability"], 0.3)
 
     def sure_of(self, *arguments):
         return json.loads(self.run_volume(*self.COLUMN, "--json", *arguments))
@@ -349,7 +423,7 @@ class Volume(unittest.TestCase):
         self.assertEqual([its["kind"] for its in unset["notes"]], ["age-unknown"])
         self.assertAlmostEqual(unset["U"], 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 2e-6 * 365 / 365.25), delta=2e-4)
         worn = self.sure_of("--table", self.dated("# date: 2026-01-01\n# valid-for: 30 d\n"), "--today", "2026-03-01")
-        self.assertEqual((worn["U"], worn["without_u"]), (None, ["drift of X"]))
+        self.assertEqual([(its["state"], its["by"]) for its in worn["errors"] if its["name"] == "drift X"], [("unknown", "an old table without # drift")])
         self.assertIn("x.csv: line 2: valid-for has no form as 365 d", self.refused(*self.COLUMN, "--table", self.dated("# valid-for: a year\n")))
         tilt = self.sure_of("--tilt", "EC0Y=1urad,u=1urad,drift=4urad,date=2024-01-01", "--today", "2026-01-01")
         self.assertAlmostEqual(tilt["U"], 2 * 0.0006 * math.hypot(1, 4 * 731 / 365.25), delta=2e-4)
@@ -365,7 +439,7 @@ class Volume(unittest.TestCase):
         output = self.run_volume("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--output", "x.csv", "--date", "2025-06-30")
         self.assertIn("# date: 2025-06-30\n", self.read("x.csv"))
         self.assertNotIn("Date:", output)
-        self.assertEqual([its["kind"] for its in self.sure_of("--table", "x.csv", "--today", "2028-01-01")["notes"]], ["old", "no-u", "no-u"])
+        self.assertEqual([its["kind"] for its in self.sure_of("--table", "x.csv", "--today", "2028-01-01")["notes"]], ["old"])
         self.assertIn("--date: 'June' is no date", self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--date", "June"))
         self.run_volume("reversal", self.readings(), "--axis", "X", "--output", "r.csv", "--date", "2025-07-01", "--reading-u", "0.1um")
         self.assertIn("# date: 2025-07-01\n", self.read("r.csv"))
@@ -380,7 +454,7 @@ class Volume(unittest.TestCase):
         places = {tuple(its["at"]): its["unknown_direction"] for its in found["places"]}
         self.assertAlmostEqual(places[0, 0, 0], 0.004, 6)
         output = " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split())
-        self.assertRegex(output, r"While a direction of motion is not known: \+- 5\.\d um, with up to 5\.0 um of lost motion\.")
+        self.assertRegex(output, r"While a direction of motion is not known: at least \+- 5\.\d um, with up to 5\.0 um of lost motion\.")
         self.write("y.csv", "# u: EYY 0.0001\nY,EYY\n0,0\n600,0\n# end, 2 rows\n")
         self.assertNotIn("direction of motion is not known", self.run_volume(*self.COLUMN, "--table", "y.csv"))
 
@@ -388,7 +462,8 @@ class Volume(unittest.TestCase):
         self.write("x.csv", "# u: EXX 0.0005\nX,EXX\n100,0\n800,0\n# end, 2 rows\n")
         self.assertEqual([(its["kind"], its["of"], its["first"], its["second"]) for its in self.sure_of("--table", "x.csv")["notes"]], [("table-ends", "X", 100, 800)])
         output = " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split())
-        self.assertIn("reaches from 100 to 800 mm, and the work space beyond it", output)
+        self.assertIn("The table of X in x.csv ends at 100 and 800 mm, within the work space", output)
+        self.assertEqual(self.errors("--table", "x.csv")["EXX"], ("unknown", None, "x.csv ends at 100 and 800 mm"))
         self.assertIn("2000 machines drawn, seed 1.", output)
         self.write("x.csv", "# u: EXX 0.0005\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
         self.assertEqual(self.sure_of("--table", "x.csv")["notes"], [])
@@ -430,12 +505,16 @@ class Volume(unittest.TestCase):
         self.assertIn("names an axis that the chain does not have", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:8,Y=0:6,Z=0:5,W=3"))
 
     def test_a_table_of_another_temperature_is_less_sure(self):
+        """Without a threshold. A screw grows by 0 to 11.5 um/m for each K, and a thermometer is off by 0.3 K."""
         self.dated("# temperature: 20 degC\n")
-        same = self.sure_of("--table", "x.csv", "--temperature", "24.9degC")
-        self.assertEqual(same["notes"], [])
-        warm = self.sure_of("--table", "x.csv", "--temperature", "26degC")
-        self.assertEqual([(its["kind"], its["first"], its["second"]) for its in warm["notes"]], [("temperature", 20, 26)])
-        self.assertAlmostEqual(warm["U"], 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 11.5e-6 * 6), delta=0.005)
+        at = {place: next(i for i, its in enumerate(self.sure_of("--table", "x.csv")["places"]) if its["at"] == list(place)) for place in ((800, 0, -500),)}
+        for now in (20, 20.5, 24.9, 25.2, 26, 14):
+            found = self.sure_of("--table", "x.csv", "--temperature", "%gdegC" % now)
+            expected = 2 * math.hypot(math.sqrt(2) * 0.0005, 800 * 11.5e-6 / math.sqrt(3) * math.hypot(now - 20, 0.3))
+            self.assertAlmostEqual(found["places"][at[800, 0, -500]]["U_axis"][0] / expected, 1, delta=0.06)
+            self.assertEqual(next(its["state"] for its in found["errors"] if its["name"] == "growth"), "measured")
+        self.dated("")
+        self.assertEqual(self.errors("--table", "x.csv", "--temperature", "26degC")["growth"][0], "unknown")
         self.assertIn("has no form as 24degC", self.refused(*self.COLUMN, "--table", "x.csv", "--temperature", "hot"))
 
     def test_a_tilt_displaces_nothing_at_its_pivot(self):
@@ -495,7 +574,7 @@ class Volume(unittest.TestCase):
         self.write("x.csv", "# date: 20.11.2026\n# u: EXX 0.0005\n# drift: EXX 2e-6\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
         self.assertIn("has the date '20.11.2026', which is none as 2026-11-20: its age is unknown", " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split()))
         bare = " ".join(self.run_volume(*self.COLUMN).split())
-        self.assertIn("+- unknown: the machine has no uncertainty. Give each tilt as EC0Y=-80urad,u=4urad", bare)
+        self.assertIn("U is unknown, for nothing was measured.", bare)
         self.assertNotIn("-0.00", bare)
         self.assertIn("--box: 'X=0:0' has no form", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:0,Y=0:1,Z=0:1"))
 

@@ -123,7 +123,7 @@ COMMANDS = {
         "plumb squareness --chain w-Z.b-X-Y-C-t ...": Run("empty", then="test -s column.svg"),
     },
     "components/commissioning/volume/README.md": {
-        "plumb volume uncertainty ...": Run("empty", change=("--json", "--json > volume.json"), then="grep -q without_u volume.json"),
+        "plumb volume uncertainty ...": Run("empty", change=("--json", "--json > volume.json"), then="grep -q at_least volume.json"),
     },
     "components/io/sensor/README.md": {
         "scripts/sensor-speed": LONG,

@@ -129,8 +129,13 @@ void print_quantities(const std::vector<SquarenessQuantity>& quantities) {
 
 void print_corners(const TiltedMachine& machine, const SquarenessAdvice& advice) {
     std::cout << "\nSquareness before and after\n";
-    for (const CornerState& corner : state_of(machine, advice).corners)
+    const SquarenessState state = state_of(machine, advice);
+    for (const CornerState& corner : state.corners)
         paragraph(letters(corner.a) + " to " + letters(corner.b) + ": " + corner.words + '.', "  ");
+    const ErrorList list = errors_of(machine, state);
+    std::cout << '\n' << list.text();
+    if (!list.sentence().empty())
+        paragraph(list.sentence() + " plumb volume uncertainty states U of the work space from this list.", "  ");
 }
 
 void print_hal(const std::string& instance, const SquarenessAdvice& advice) {
@@ -293,7 +298,10 @@ int squareness(const SquarenessOptions& arguments) {
     for (const SquarenessOptions::Points& points : options.points)
         measured.push_back(measured_by(points, options.machine.chain));
     TiltedMachine machine = options.machine;
-    for (const SquarenessOptions::Measured& one : measured) machine.measured.push_back(one.corner);
+    for (const SquarenessOptions::Measured& one : measured) {
+        machine.measured.push_back(one.corner);
+        machine.instruments.push_back(one.how);
+    }
     const SquarenessAdvice advice = advice_on(machine);
     if (!options.picture.empty()) draw(options, machine, advice);
     if (options.json) {

@@ -25,6 +25,7 @@ struct TiltedMachine {
     double travel = 300;      // mm, of the test moves
     std::vector<SquarenessQuantity> known;  // an uncertainty is the stated one
     std::vector<Corner> measured;
+    std::vector<std::string> instruments;  // of each in `measured`; may be left out
     // The component's settings. If the correction was on while the tilts above were measured, these are what
     // remained and add to the settings; otherwise they take the place of the same settings.
     std::vector<SquarenessQuantity> in_force;

@@ -171,6 +171,7 @@ std::string squareness_document(const SquarenessOptions& options, const TiltedMa
     for (const LeanState& lean : state.leans) result["leans"].push_back(lean_json(lean));
     for (const CornerState& corner : state.corners) result["corners"].push_back(corner_json(corner));
     result["words"] = state.words;
+    result["errors"] = errors_of(machine, state).json();
     return result.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -194,4 +194,21 @@ SquarenessState state_of(const TiltedMachine& machine, const SquarenessAdvice& a
     return state;
 }
 
+ErrorList errors_of(const TiltedMachine& machine, const SquarenessState& state) {
+    ErrorList list(machine.chain);
+    for (const CornerState& corner : state.corners) {
+        if (corner.basis == Basis::none) continue;
+        std::string name = names_of(corner), how;
+        if (name[0] > name[1]) std::swap(name[0], name[1]);
+        for (std::size_t i = 0; i < machine.instruments.size(); ++i)
+            if (machine.measured[i].is_of(corner.a, corner.b))
+                how += (how.empty() ? "" : "; ") + machine.instruments[i];
+        if (how.empty() && corner.basis == Basis::measured) how = "a measurement";
+        if (how.empty()) how = corner.basis == Basis::given ? "an angle that you gave" : "the angle in force";
+        ErrorList::set(list.line(ErrorLine::Kind::corner, name), ErrorLine::State::measured,
+                       corner.uncertainty.value_or(0), how);
+    }
+    return list;
+}
+
 }  // namespace plumb::commissioning

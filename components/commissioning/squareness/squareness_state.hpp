@@ -2,6 +2,7 @@
 // All leans that a chain can have, and the corners between its axes: measured, in force, before and after.
 #pragma once
 
+#include "components/commissioning/error_list.hpp"
 #include "components/commissioning/squareness/squareness_advice.hpp"
 #include "components/commissioning/squareness/squareness_of_chain.hpp"
 #include "components/math/geometry/axis_chain.hpp"
@@ -49,6 +50,9 @@ struct SquarenessState {
 };
 
 SquarenessState state_of(const TiltedMachine& machine, const SquarenessAdvice& advice);
+
+// The list of errors with its corners stated.
+ErrorList errors_of(const TiltedMachine& machine, const SquarenessState& state);
 
 // Why a lean alone corrects nothing; empty if it does.
 std::string useless_because(const TiltedMachine& machine, Axis axis, int rotation);

@@ -129,6 +129,8 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
     const std::string error = scale_error(its.axis);
     std::string head = "# u: " + error + "+ " + csv::decimal(u) + '\n';
     if (its.scale) head += "# u: " + error + ' ' + csv::decimal(u) + '\n';
+    head += "# repeatability: " + error + ' ' + csv::decimal(result.repeatability) +
+            "\n# by: " + (its.recording ? "motor against scale" : "readings from both sides") + '\n';
     return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, date_line(its.date) + head)
                             : table_with_reversal(its.into, its.axis[0], error, rows, head, its.date);
 }
@@ -406,8 +408,9 @@ int straightedge(const StraightedgeOptions& its) {
     say("Not seen: the slope of the axis (its squareness), and twist of the edge between both readings.");
     if (its.output.empty()) return 0;
     put(its.output,
-        direction_rows::table_text(
-            e[2], e, rows, date_line(its.date) + "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) + '\n'));
+        direction_rows::table_text(e[2], e, rows,
+                                   date_line(its.date) + "# u: " + e + ' ' + csv::decimal(u / std::sqrt(2)) +
+                                       "\n# by: straightedge\n"));
     return 0;
 }
 
@@ -512,7 +515,8 @@ int import(const FileOptions& its) {
             u = std::max(u, row.uncertainty);
         }
         if (r.freedom > 0 && r.repeatability > 0)
-            head += "# u: " + error + ' ' + csv::decimal(u) + ", " + error + "+ " + csv::decimal(u) + '\n';
+            head += "# u: " + error + ' ' + csv::decimal(u) + ", " + error + "+ " + csv::decimal(u) + '\n' +
+                    (angle ? "" : "# repeatability: " + error + ' ' + csv::decimal(r.repeatability) + '\n');
         check_rows(its.file, rows, error_index(error));
     }
     if (its.negate)
@@ -598,9 +602,10 @@ nlohmann::ordered_json table_json(const UncertainTable& table) {
 void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
     std::cout << "\nBody diagonals, as predicted   length mm  before um  after um    U um\n";
     for (const DiagonalState& one : all)
-        std::cout << formatted("  %-28s%10.1f%11.2f%10.2f%8s\n", one.name.c_str(), one.length,
-                               rounded(one.end.without * 1000, 100), rounded(one.end.rest * 1000, 100),
-                               known ? formatted("%.2f", one.end.U * 1000).c_str() : "?");
+        std::cout << formatted(
+            "  %-28s%10.1f%11.2f%10.2f%8s\n", one.name.c_str(), one.length,
+            rounded(one.end.without * 1000, 100), rounded(one.end.rest * 1000, 100),
+            one.end.U > 0 ? formatted(known ? "%.2f" : ">%.2f", one.end.U * 1000).c_str() : "?");
     for (const DiagonalState& one : all) {
         if (one.steps.empty()) continue;
         std::cout << "\nSteps along " << one.name << "   at mm  measured um  before um  after um    U um\n";
@@ -621,6 +626,20 @@ void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
     std::cout << '\n';
 }
 
+// The line of the whole. It states no 0: a part that is known to remain and rounds to 0 is left out.
+std::string after_correction(double rest, const PlaceUncertainty& worst, bool known, const std::string& at,
+                             const std::vector<Share>& shares) {
+    if (!(worst.U > 0)) return "After correction: U is unknown, for nothing was measured.";
+    std::string text = "After correction: ";
+    if (rest >= 0.05e-3) text += formatted("%.1f um are known and stay, ", rest * 1000);
+    text += (known ? "+- " : "at least +- ") +
+            formatted(worst.U < 1e-2 ? "%.2g um (k = 2) over " : "%.0f um (k = 2) over ", worst.U * 1000) +
+            formatted("%.2g m, ", worst.distance / 1000) + at + '.';
+    if (!shares.empty())
+        text += formatted(" Largest share: %s, %.0f %%.", shares[0].name.c_str(), 100 * shares[0].part);
+    return text;
+}
+
 int uncertainty(const VolumeOptions& its) {
     const VolumeQuestion question = question_of(its);
     const VolumeUncertainty r = uncertainty_of(question.measured, question.reference, question.places,
@@ -633,19 +652,20 @@ int uncertainty(const VolumeOptions& its) {
         rest = std::max(rest, one.rest.norm());
         unknown = std::max(unknown, one.unknown);
     }
-    const bool known = question.without.empty();
+    const bool known = question.list.unknown().empty();
     const std::vector<DiagonalState> diagonals = diagonals_of(question, its);
     if (its.json) {
         nlohmann::ordered_json json = {
             {"draws", its.draws},
             {"seed", its.seed},
             {"rest", rest},
-            {"U", known ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
+            {"U", worst.U > 0 ? nlohmann::ordered_json(worst.U) : nlohmann::ordered_json()},
+            {"at_least", !known},
             {"over", worst.distance},
             {"unknown_direction", unknown},
             {"tool", place.name},
             {"worst_at", {place.position[0], place.position[1], place.position[2]}},
-            {"without_u", question.without}};
+            {"errors", question.list.json()}};
         for (std::size_t i = 0; i < r.places.size(); ++i) {
             const auto& q = question.places[i].position;
             const auto& b = r.places[i].by_axis;
@@ -670,7 +690,7 @@ int uncertainty(const VolumeOptions& its) {
                                          {"length", one.length},
                                          {"without", one.end.without},
                                          {"rest", one.end.rest},
-                                         {"U", known ? nlohmann::ordered_json(one.end.U) : nullptr},
+                                         {"U", one.end.U > 0 ? nlohmann::ordered_json(one.end.U) : nullptr},
                                          {"steps", steps}});
         }
         json["tables"] = nlohmann::ordered_json::object();
@@ -686,13 +706,16 @@ int uncertainty(const VolumeOptions& its) {
         std::cout << json.dump(1) << '\n';
         return 0;
     }
+    // A share that nothing is known of is no 0.
+    const auto cell = [](double mm) { return mm < 5e-6 ? std::string("-") : formatted("%.2f", mm * 1000); };
     std::cout << "      X       Y       Z  tool        rest um    U um    U X    U Y    U Z\n";
     for (std::size_t i = 0; i < r.places.size(); ++i) {
         const auto& q = question.places[i].position;
         const PlaceUncertainty& one = r.places[i];
-        std::cout << formatted("%7.0f %7.0f %7.0f  %-10s%9.2f %7.2f%7.2f%7.2f%7.2f\n", q[0], q[1], q[2],
-                               question.places[i].name.c_str(), one.rest.norm() * 1000, one.U * 1000,
-                               one.by_axis[0] * 1000, one.by_axis[1] * 1000, one.by_axis[2] * 1000);
+        std::cout << formatted("%7.0f %7.0f %7.0f  %-10s%9s %7s%7s%7s%7s\n", q[0], q[1], q[2],
+                               question.places[i].name.c_str(), cell(one.rest.norm()).c_str(),
+                               cell(one.U).c_str(), cell(one.by_axis[0]).c_str(),
+                               cell(one.by_axis[1]).c_str(), cell(one.by_axis[2]).c_str());
     }
     std::cout << "\nShares of the worst place\n";
     for (const Share& share : r.shares)
@@ -701,27 +724,14 @@ int uncertainty(const VolumeOptions& its) {
     print_diagonals(diagonals, known);
     const std::string at = formatted("worst at X %.0f Y %.0f Z %.0f with %s", place.position[0],
                                      place.position[1], place.position[2], place.name.c_str());
-    if (known)
-        say("After correction: " +
-            formatted("%.1f um +- %.1f um (k = 2) over %.2g m, ", rest * 1000, worst.U * 1000,
-                      worst.distance / 1000) +
-            at + "." +
-            (r.shares.empty() ? ""
-                              : formatted(" Largest share: %s, %.0f %%.", r.shares[0].name.c_str(),
-                                          100 * r.shares[0].part)));
-    else
-        say("After correction: " + formatted("%.1f um +- unknown: ", rest * 1000) + question.without.front() +
-            " has no uncertainty. " +
-            (question.measured.sources.empty()
-                 ? "Give each tilt as EC0Y=-80urad,u=4urad, and state u in the head of each table."
-                 : "The others alone give +- " + formatted("%.1f um, ", worst.U * 1000) + at + '.'));
+    std::cout << question.list.text() << '\n';
+    say(after_correction(rest, worst, known, at, r.shares) + (known ? "" : " " + question.list.sentence()));
     if (unknown > 0)
-        say(known ? formatted("While a direction of motion is not known: +- %.1f um, with up to %.1f um of "
-                              "lost motion. This ends when each axis "
-                              "has moved by its lost motion after the start, and after machine on.",
-                              (worst.U + unknown) * 1000, unknown * 1000)
-                  : formatted("While a direction of motion is not known, up to %.1f um of lost motion add.",
-                              unknown * 1000));
+        say(
+            formatted("While a direction of motion is not known: %s%.2g um, with up to %.1f um of lost "
+                      "motion. This ends "
+                      "when each axis has moved by its lost motion after the start, and after machine on.",
+                      known ? "+- " : "at least +- ", (worst.U + unknown) * 1000, unknown * 1000));
     for (const VolumeQuestion::Note& note : question.notes) say(note.text);
     std::cout << its.draws << " machines drawn, seed " << its.seed << ".\n";
     say("Not corrected, and not in U: the orientation of the tool, the spindle, cutting force, the mass of "
@@ -850,12 +860,15 @@ static int carry_out(int argc, char** argv) {
                      "Place where the work is zeroed, as X=0,Y=0,Z=0; default: the lowest corner.");
     sure->add_option("--tool", v.tools,
                      "Tool from the gauge point to the tip, mm, as T3=0,0,-200. May be given many times.");
-    sure->add_option(
-        "--tilt", v.tilts,
-        "A tilt in force, as EC0Y=-80urad,u=4urad,drift=2urad,date=2026-11-20; drift is u for a year. "
-        "May be given many times.");
+    sure->add_option("--tilt", v.tilts,
+                     "A tilt in force, as EC0Y=-80urad,u=4urad,drift=2urad,date=2026-11-20,by=square; drift "
+                     "is u for a year. "
+                     "May be given many times.");
     sure->add_option("--common", v.commons, "One cause of several angles, as NAME,EC0Y=1,EC0X=0.5,u=3urad.");
     sure->add_option("--table", v.tables, "A table in force. May be given many times.");
+    sure->add_option("--assume", v.assumed,
+                     "States errors that were not measured: iso-10791, or a file of lines error,u,source. "
+                     "May be given many times.");
     sure->add_option("--repeatability", v.repeatability, "Of an axis, as X=0.5um. May be given many times.");
     sure->add_option("--tool-u", v.tool_u, "Standard uncertainty of the length of the tool.");
     sure->add_option("--pivot", v.pivots, "Pivot of an axis, as Y=300. May be given many times.");

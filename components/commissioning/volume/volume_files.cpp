@@ -201,7 +201,7 @@ namespace {
 void read_u(UncertainTable& table, const std::string& file, const std::string& name, std::string_view text) {
     const auto refuse = [&](std::string_view what) {
         throw std::runtime_error(file + ": " + name + ": " + csv::quoted(what) + " is none as EXX 0.3e-3" +
-                                 (name == "u" ? "" : " or EXX 1e-6 per X"));
+                                 (name == "u" || name == "repeatability" ? "" : " or EXX 1e-6 per X"));
     };
     for (const std::string_view entry : csv::split_at_commas(text)) {
         const std::size_t blank = entry.find(' ');
@@ -210,7 +210,7 @@ void read_u(UncertainTable& table, const std::string& file, const std::string& n
         std::string_view rest = csv::trimmed(entry.substr(blank));
         bool per = false;
         const std::size_t word = rest.find(" per ");
-        if (word != std::string_view::npos && name != "u") {
+        if (word != std::string_view::npos && name != "u" && name != "repeatability") {
             if (rest.substr(word + 5) != std::string_view(&error[2], 1)) refuse(entry);
             per = true;
             rest = csv::trimmed(rest.substr(0, word));
@@ -220,6 +220,8 @@ void read_u(UncertainTable& table, const std::string& file, const std::string& n
         if (error[2] != table.axis) continue;
         if (name == "u")
             table.u[error] = *value;
+        else if (name == "repeatability")
+            table.repeatability[error] = *value;
         else
             (name == "drift" ? table.drift : table.common)[error] = {*value, per};
     }
@@ -242,7 +244,7 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
         const std::string text = csv::text_of(file);
         const direction_rows::Lines lines(file, text);
         std::vector<std::pair<std::string, std::string>> heads;
-        std::string date;
+        std::string date, by;
         double valid_for = UncertainTable{}.valid_for;
         std::optional<double> temperature;
         std::vector<std::string> names;
@@ -254,9 +256,10 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
                 const std::string_view words = csv::trimmed(lines[i].substr(1));
                 const std::size_t colon = words.find(':');
                 const std::string name(words.substr(0, std::min(colon, words.size())));
-                if (name == "u" || name == "u-common" || name == "drift")
+                if (name == "u" || name == "u-common" || name == "drift" || name == "repeatability")
                     heads.emplace_back(name, csv::trimmed(words.substr(colon + 1)));
                 if (name == "date") date = csv::trimmed(words.substr(colon + 1));
+                if (name == "by") by = csv::trimmed(words.substr(colon + 1));
                 if (name == "temperature")  // its text is free
                     temperature = quantity(csv::trimmed(words.substr(colon + 1)), "degC");
                 if (name != "valid-for") continue;
@@ -306,6 +309,7 @@ std::vector<UncertainTable> read_uncertain_tables(const std::vector<std::string>
         for (std::size_t i = first; i < tables.size(); ++i) {
             tables[i].file = file;
             tables[i].date = date;
+            tables[i].by = by;
             tables[i].valid_for = valid_for;
             tables[i].temperature = temperature;
             for (const auto& [name, value] : heads) read_u(tables[i], file, name, value);

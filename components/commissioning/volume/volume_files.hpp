@@ -53,8 +53,9 @@ struct UncertainTable {
         bool per_position = false;  // per mm of the position
     };
     std::map<std::string, Common> common;
-    std::map<std::string, Common> drift;  // of all rows together, in a year
-    std::string file, date;
+    std::map<std::string, Common> drift;          // of all rows together, in a year
+    std::map<std::string, double> repeatability;  // mm, standard deviation of a position
+    std::string file, date, by;
     double valid_for = 365;             // days
     std::optional<double> temperature;  // degC
 };

@@ -90,8 +90,23 @@ all rows together, per mm of the position or constant:
   # u: EXX 0.5e-3, EXX+ 0.2e-3
   # u-common: EXX 0.8e-6 per X
 
-EXX+ in the head is half of the difference by direction. A cause without u gives "+- unknown", never 0. 2,000 machines are drawn;
---seed and --draws change that.
+EXX+ in the head is half of the difference by direction. 2,000 machines are drawn; --seed and --draws change that.
+
+The report has a list of all errors of the chain. An error is measured (by what, and when), assumed (from which source) or unknown.
+With an unknown error the report states "at least +- U", and how to measure the error. An error that was never measured is not 0.
+State by=square and the date in --tilt, and # by: in the head of a table.
+
+--assume iso-10791 takes the tolerances of ISO 10791 for machining centres, by the length of the work space. --assume sheet.csv takes
+your own values, each with its source:
+
+  error,u,source
+  EYX,3um,sheet of the maker, 2019
+  lost motion X,4um,sheet of the maker, 2019
+  second axis,2um,level along Y at both ends of Z
+  bending,5urad/K,square on a cold and on a warm day
+
+The names are those of the list. u is a standard uncertainty: half of a stated "+-" with k = 2. The first source that names an error
+counts, and a measured error stays as measured.
 
 A measurement ages. The head of a table may state its date, how long it is valid, and the standard uncertainty that a year adds:
 
@@ -100,9 +115,11 @@ A measurement ages. The head of a table may state its date, how long it is valid
   # valid-for: 365 d
   # drift: EXX 2e-6 per X
 
-reversal and straightedge write the date of today, or --date. An older table is named, and without a drift the uncertainty is unknown. Without a date, or if the clock is not set, valid-for
-counts as the age. A table that ends within the work space is named: beyond its end nothing was measured. --tilt takes drift=2urad and date=2026-11-20. With --temperature 26degC a table that was measured more than 5 K
-off is named, and the growth of a steel screw, 11.5 um/m for each K, is added. --pivot Y=300 is the pivot in force.
+reversal and straightedge write the date of today, or --date; reversal writes # repeatability: EXX 0.4e-3, too. An older table is
+named, and without a drift its drift is an unknown error. Without a date, or if the clock is not set, valid-for counts as the age. A
+table that ends within the work space is named: beyond its end the error is unknown. --tilt takes drift=2urad and date=2026-11-20.
+With # temperature in each table, --temperature 26degC states the growth since then: between 0 and 11.5 um/m for each K, on a
+thermometer that is off by 0.3 K. --pivot Y=300 is the pivot in force.
 
 Direction columns correct nothing while the direction of an axis is not known: from the start, and after machine on, until the axis
 has moved by its lost motion. The report states how much that adds.

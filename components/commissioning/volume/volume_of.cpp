@@ -16,12 +16,16 @@
 #include <sys/stat.h>
 
 #include "components/commissioning/quantity_text.hpp"
+#include "components/commissioning/volume/error_sources.hpp"
 #include "components/commissioning/volume/volume_files.hpp"
 #include "components/io/files/csv.hpp"
 #include "components/math/geometry/axis_chain.hpp"
 
 namespace plumb::commissioning {
 namespace {
+
+using Kind = ErrorLine::Kind;
+using State = ErrorLine::State;
 
 [[noreturn]] void refuse(const std::string& option, std::string_view text, const std::string& why) {
     throw std::invalid_argument(option + ": " + csv::quoted(text) + ' ' + why);
@@ -81,9 +85,7 @@ std::optional<int> days_of(std::string_view date) {
     return y / 400 * 146097 + in_era * 365 + in_era / 4 - in_era / 100 + day - 719468;
 }
 
-constexpr double year = 365.25;       // days
-constexpr double allowed_kelvin = 5;  // K, between measurement and use
-constexpr double steel = 11.5e-6;     // 1/K, of a screw
+constexpr double year = 365.25;  // days
 
 // The age in days of a measurement; none if it has no date, or the clock is not set.
 std::optional<double> age_of(const VolumeOptions& options, const std::string& date) {
@@ -131,22 +133,17 @@ void add_age(
         q.notes.push_back({"old", letter, *age, table.valid_for,
                            its + " is " + csv::decimal(*age) + " days old, and valid for " +
                                csv::decimal(table.valid_for) + ": measure again."});
+    double longest = 0;
+    for (const ErrorTable::Row& row : table.mean) longest = std::max(longest, std::abs(row.position));
     for (const auto& [error, drift] : table.drift) {
         const double u = drift.value * counted / year;
-        add("drift of " + error, error, drift.per_position ? 0 : u, drift.per_position ? u : 0);
+        const std::string name = "drift " + error;
+        ErrorList::set(q.list.line(Kind::drift, name), State::measured, drift.per_position ? u * longest : u,
+                       table.file + ", " + csv::decimal(counted) + " days");
+        add(name, error, drift.per_position ? 0 : u, drift.per_position ? u : 0);
     }
-    if (old && table.drift.empty()) q.without.push_back("drift of " + letter);
-    const auto now = temperature_of(options.temperature);
-    if (!now || !table.temperature) return;
-    const double off = *now - *table.temperature;
-    if (std::abs(off) <= allowed_kelvin) return;
-    q.notes.push_back({"temperature", letter, *table.temperature, *now,
-                       its + " was measured at " + csv::decimal(*table.temperature) + " degC, and it is " +
-                           csv::decimal(*now) +
-                           " degC: the growth of a steel screw is added. Measure again."});
-    const std::string scale =
-        std::string("E") + "XYZ"[std::string_view("XYZUVW").find(table.axis) % 3] + letter;
-    add("temperature of " + scale, scale, 0, steel * std::abs(off));
+    if (old && table.drift.empty())
+        q.list.line(Kind::drift, "drift " + letter).by = "an old table without # drift";
 }
 
 // EC0Y
@@ -171,6 +168,24 @@ void add_rotary(const VolumeOptions& options, const std::string& with_tables, Vo
              "The rotary axes stand at 0: " + names + ". Their errors, and other angles, are not in U."});
 }
 
+// The line of a column: EXX, or of the difference by direction, which is the lost motion of a scale.
+ErrorLine& line_of(const UncertainTable& table, const std::string& name, bool half, ErrorList& list) {
+    const std::string error = name.substr(0, 3);
+    const bool scale = error_index(error) == std::string_view("XYZUVW").find(table.axis) % 3;
+    if (half && scale) return list.line(Kind::lost_motion, "lost motion " + error.substr(2));
+    return list.line(scale                    ? Kind::scale
+                     : error_index(error) < 3 ? Kind::straightness
+                                              : Kind::angle,
+                     half ? error + " by direction" : error);
+}
+
+void state_table(const UncertainTable& table, const std::string& name, bool half, double u, ErrorList& list) {
+    ErrorLine& line = line_of(table, name, half, list);
+    const std::string by = table.by.empty() ? table.file : table.by;
+    ErrorList::set(line, State::measured, line.kind == Kind::lost_motion ? 2 * u : u,
+                   by + (table.date.empty() ? ", no date" : ", " + table.date));
+}
+
 void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
     MeasuredVolume& m = q.measured;
     std::string rotary;
@@ -181,6 +196,9 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
         m.means[axis] = table.mean;
         m.halves[axis] = table.half;
         q.tables.push_back(table);
+        for (const auto& [error, value] : table.repeatability)
+            ErrorList::set(q.list.line(Kind::repeatability, "repeatability " + error.substr(2)),
+                           State::measured, value, table.file);
         add_age(options, table, q,
                 [&](const std::string& name, const std::string& error, double constant, double per) {
                     UncertaintySource source{name, {}, {}};
@@ -200,10 +218,13 @@ void add_tables(const VolumeOptions& options, VolumeQuestion& q) {
             for (const auto& [name, half] : parts) {
                 const auto u = table.u.find(name);
                 const auto common = table.common.find(name);
-                if (u == table.u.end() && common == table.common.end()) {
-                    q.without.push_back(half ? error + ", by direction" : error);
-                    continue;
-                }
+                const double one = u == table.u.end() ? 0 : u->second;
+                double all = 0;
+                for (const ErrorTable::Row& row : table.mean)
+                    if (common != table.common.end())
+                        all = std::max(all, common->second.value *
+                                                (common->second.per_position ? std::abs(row.position) : 1));
+                state_table(table, name, half, std::hypot(one, all), q.list);
                 const std::size_t rows = table.mean.size();
                 for (std::size_t row = 0; u != table.u.end() && u->second > 0 && row < rows; ++row)
                     m.sources.push_back({error, {}, {{axis, row, e, u->second, half}}});
@@ -256,12 +277,18 @@ void add_table_ends(VolumeQuestion& q) {
         if (k == std::string_view::npos) continue;
         const double first = table.mean.front().position, last = table.mean.back().position;
         if (first <= q.low[k] + 1e-6 && last >= q.high[k] - 1e-6) continue;
-        const std::string letter(1, table.axis);
-        q.notes.push_back({"table-ends", letter, first, last,
-                           "The table of " + letter + " in " + table.file + " reaches from " +
-                               csv::decimal(first) + " to " + csv::decimal(last) +
-                               " mm, and the work space beyond it: there the last value holds, nothing was "
-                               "measured, and U is too small."});
+        const std::string ends = "ends at " + csv::decimal(first) + " and " + csv::decimal(last) + " mm";
+        for (const std::string& column : table.columns)
+            for (const bool half : {false, true}) {
+                if (half && column.size() < 4) continue;
+                ErrorLine& line = line_of(table, column, half, q.list);
+                line.state = State::unknown;
+                line.by = table.file + ' ' + ends;
+            }
+        q.notes.push_back(
+            {"table-ends", std::string(1, table.axis), first, last,
+             "The table of " + std::string(1, table.axis) + " in " + table.file + ' ' + ends +
+                 ", within the work space: beyond, the last value holds, and nothing was measured."});
     }
 }
 
@@ -271,6 +298,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
     VolumeQuestion q;
     MeasuredVolume& m = q.measured;
     m.chain.axes = AxisChainReader::read_linear(options.chain);
+    q.list = ErrorList(m.chain.axes);
     age_of(options, "");  // which judges the options
     temperature_of(options.temperature);
     m.max_correction = options.max_correction;
@@ -284,11 +312,13 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         m.pivot[static_cast<Eigen::Index>(place_of(key[0], m.chain.axes, "--pivot", text))] = *position;
     }
     std::set<std::string> given_tilts;
+    std::vector<GivenTilt> tilts;
+    std::vector<UncertaintySource> aging;
     for (const std::string& text : options.tilts) {
         std::optional<UncertaintySource::Angle> its;
         std::optional<double> u;
         double drift = 0;
-        std::string name, date;
+        std::string name, date, by;
         for (const std::string_view field : csv::split_at_commas(text)) {
             const auto [key, value] = halves("--tilt", field);
             if (key == "u") {
@@ -298,6 +328,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             } else if (key == "date") {
                 if (!days_of(value)) refuse("--tilt", field, "is no date, as 2026-11-20");
                 date = value;
+            } else if (key == "by") {
+                by = value;
             } else {
                 if (its) refuse("--tilt", text, "has two angles: give each its own --tilt, with its own u");
                 its = tilt_of("--tilt", key, m.chain.axes);
@@ -310,10 +342,8 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             }
         }
         if (!its) refuse("--tilt", text, "has no angle, as EC0Y=-80urad");
-        if (!u)
-            q.without.push_back(name);
-        else if (*u > 0)
-            m.sources.push_back({name, {{its->axis, its->rotation, *u}}, {}});
+        if (u && *u > 0) m.sources.push_back({name, {{its->axis, its->rotation, *u}}, {}});
+        tilts.push_back({*its, name, by + (by.empty() || date.empty() ? "" : ", ") + date});
         const auto age = age_of(options, date);
         if (age && *age > UncertainTable{}.valid_for)
             q.notes.push_back({"old", name, *age, UncertainTable{}.valid_for,
@@ -321,9 +351,11 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         if (drift > 0 && !age)
             q.notes.push_back({"age-unknown", name, UncertainTable{}.valid_for, 0,
                                "The age of " + name + " is unknown, and counts as a year."});
-        if (drift > 0)
-            m.sources.push_back(
-                {"drift of " + name, {{its->axis, its->rotation, drift * (age ? *age / year : 1)}}, {}});
+        if (drift > 0) {
+            const double u_drift = drift * (age ? *age / year : 1);
+            aging.push_back({"drift " + name, {{its->axis, its->rotation, u_drift}}, {}});
+            ErrorList::set(q.list.line(Kind::drift, "drift " + name), State::measured, u_drift, "--tilt");
+        }
     }
     for (const std::string& text : options.commons) {
         UncertaintySource source;
@@ -350,14 +382,20 @@ VolumeQuestion question_of(const VolumeOptions& options) {
         for (UncertaintySource::Angle& its : source.angles) its.factor *= *u;
         m.sources.push_back(source);
     }
+    state_corners(tilts, q);
+    m.sources.insert(m.sources.end(), aging.begin(), aging.end());
     add_tables(options, q);
     for (const std::string& text : options.repeatability) {
         const auto [key, value] = halves("--repeatability", text);
         if (key.size() != 1) refuse("--repeatability", text, "has no form as X=0.5um");
         place_of(key[0], m.chain.axes, "--repeatability", text);
+        ErrorList::set(q.list.line(Kind::repeatability, "repeatability " + key), State::measured,
+                       u_length("--repeatability", value), "--repeatability");
+    }
+    for (const ErrorLine& line : q.list.lines()) {
+        if (line.kind != Kind::repeatability || line.state == State::unknown) continue;
         UncertaintySource source{"repeatability", {}, {}};
-        source.tip[static_cast<Eigen::Index>(std::string("XYZUVW").find(key[0]) % 3)] =
-            u_length("--repeatability", value);
+        source.tip[static_cast<Eigen::Index>(std::string("XYZUVW").find(line.name.back()) % 3)] = line.u;
         m.sources.push_back(source);
     }
     if (!options.tool_u.empty()) {
@@ -421,9 +459,7 @@ VolumeQuestion question_of(const VolumeOptions& options) {
                 refuse("--reference", field, "has no form as X=0");
             q.reference.position[static_cast<Eigen::Index>(k)] = *number;
         }
-    if (m.sources.empty() && q.without.empty()) q.without.push_back("the machine");
-    for (std::size_t i = 1; i < q.without.size(); ++i)
-        q.notes.push_back({"no-u", q.without[i], 0, 0, "No uncertainty either: " + q.without[i] + '.'});
+    assume(options.assumed, temperature_of(options.temperature), q);
     return q;
 }
 

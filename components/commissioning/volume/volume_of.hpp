@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "components/commissioning/error_list.hpp"
 #include "components/commissioning/volume/volume_files.hpp"
 #include "components/io/files/direction_rows.hpp"
 #include "components/math/geometry/volume_uncertainty.hpp"
@@ -16,7 +17,8 @@ struct VolumeOptions {
     std::string chain, box, reference, tool_u;
     std::string today, temperature;  // as 2026-11-26 and 24degC; none: of the clock, not known
     std::vector<std::string> tools, tilts, commons, tables, repeatability, pivots, steps;
-    double max_correction = 1;  // mm
+    std::vector<std::string> assumed;  // iso-10791, or a file
+    double max_correction = 1;         // mm
     int draws = 2000, seed = 1;
     bool json = false;
 };
@@ -33,7 +35,7 @@ struct VolumeQuestion {
     VolumePlace reference;
     std::vector<VolumePlace> places;  // 27 of the box, with each tool
     std::array<double, 3> low{}, high{};
-    std::vector<std::string> without;  // causes that have no u
+    ErrorList list{AxisChain{}};
     struct Note {
         std::string kind, of;          // kind: a word for a screen
         double first = 0, second = 0;  // days or degC, as in the text

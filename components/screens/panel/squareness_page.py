@@ -11,7 +11,7 @@ from panel.pages import Page
 from panel.settings import Write
 from panel.squareness_pictures import ChainPicture, LeanPicture, VolumePicture
 from panel.texts import _, in_micrometres, number, with_unit
-from panel.volume_page import VolumePage
+from panel.volume_page import VolumePage, error_list
 from panel.volume_state import keep_uncertainty
 from panel.widgets import Figures, Keypad, button, card, choose, column, flow, grow, label, row, scrolled, style
 
@@ -402,6 +402,7 @@ class ResultStep(Step):
         useless = [label("\u25b2 %s: %s" % (lean["name"], program.why_not(lean)), "warn") for lean in result["leans"]
                    if lean["measured"] and not lean["can_correct"] and not self.work.document["measurements"]]
         return [card(*lines), *useless, card(label(_("Angles between the axes"), "value"), *corners),
+                card(label(_("Errors of this machine: standard uncertainty, and its source"), "value"), error_list(result["errors"])),
                 row(grow(VolumePicture(self.panel, result["slopes_before"], _("before"))),
                     grow(VolumePicture(self.panel, [[1, 0, 0], [0, 1, 0], [0, 0, 1]], _("after"))))]
 

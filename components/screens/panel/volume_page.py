@@ -22,6 +22,11 @@ def two_digits(value):
     return number(float("%.2g" % value))
 
 
+def error_list(errors):
+    """A line for each error of plumb volume or plumb squareness."""
+    return column(*[label("%s   %s   %s" % its, "soft") for its in volume_state.errors_in_words(errors)], spacing=2)
+
+
 class VolumePage(EntryPage):
     def __init__(self, panel, page):
         self.page = page
@@ -35,16 +40,17 @@ class VolumePage(EntryPage):
     def build(self):
         self._line, self._notes = label(_("plumb volume computes ..."), "value"), label("", "warn")
         self._notes.set_no_show_all(True)
-        self._tables, self._circles, self._diagonals, self._corners = column(), column(), column(spacing=4), column(spacing=4)
+        self._tables, self._circles, self._diagonals, self._corners, self._errors = column(), column(), column(spacing=4), column(spacing=4), column(spacing=4)
         return scrolled(column(label(self.title, "title"), flow(button(_("Back"), lambda: self.panel.open(self.page))),
                                card(label(_("Uncertainty of a distance on the work (k=2)"), "value"), self._line, self._notes, self._corners),
+                               card(label(_("Errors of this machine: standard uncertainty, and its source"), "value"), self._errors),
                                card(label(_("Body diagonals of the work space"), "value"), self._diagonals),
                                card(label(_("Error tables"), "value"), self._tables), card(label(_("Circles by ballbar"), "value"), self._circles)))
 
     def entered(self):
         panel, instance = self.panel, self.page.instance
         self._found = {}
-        for box in (self._tables, self._circles, self._diagonals, self._corners):
+        for box in (self._tables, self._circles, self._diagonals, self._corners, self._errors):
             clear(box)
         try:
             values = panel.hal.values()
@@ -93,19 +99,25 @@ class VolumePage(EntryPage):
             self._show_circles()
 
     def _show_volume(self, its):
-        place = {"at": "X %.0f Y %.0f Z %.0f" % tuple(its["worst_at"]), "tool": its["tool"], "rest": tenths(its["rest"]),
+        place = {"at": "X %.0f Y %.0f Z %.0f" % tuple(its["worst_at"]), "tool": its["tool"],
                  "length": number(round(its["over"] / 1000, 2), 3)}
         notes = ["\u25b2 " + volume_state.note_in_words(note) for note in its["notes"]]
         if its["U"] is None:
-            text = _("After correction {rest} \u00b5m, \u00b1 unknown: {cause} has no uncertainty.").format(cause=volume_state.cause_in_words(its["without_u"][0]), **place)
+            text = _("After correction: U is unknown, for nothing was measured.")
         else:
-            text = _("After correction {rest} \u00b5m \u00b1 {U} \u00b5m over {length} m, worst at {at} with {tool}.").format(
-                U=two_digits(its["U"] * 1000), **place)
+            words = _("After correction at least \u00b1 {U} \u00b5m over {length} m, worst at {at} with {tool}.") if its["at_least"] else _("After correction \u00b1 {U} \u00b5m over {length} m, worst at {at} with {tool}.")
+            text = words.format(U=two_digits(its["U"] * 1000), **place)
+        if its["rest"] >= 0.05e-3:
+            text += " " + _("Known and not corrected: {rest} \u00b5m.").format(rest=tenths(its["rest"]))
+        unknown = [error for error in its["errors"] if error["state"] == "unknown"]
+        if unknown:
+            text += " " + _("{count} of {all} errors are unknown.").format(count=len(unknown), all=len(its["errors"]))
         if its.get("shares"):
             text += " " + _("Largest share: {cause}, {part} %.").format(cause=volume_state.cause_in_words(its["shares"][0]["of"]), part="%.0f" % (100 * its["shares"][0]["part"]))
         set_text(self._line, text)
         self._show_notes("\n".join(notes))
         self._show_corners(its)
+        self._errors.pack_start(error_list(its["errors"]), False, False, 0)
         for each in its["diagonals"]:
             U = _("unknown") if each["U"] is None else two_digits(each["U"] * 1000)
             words = _("{name}, {length} mm: {before} without, {after} \u00b1 {U} \u00b5m with correction").format(
@@ -128,7 +140,7 @@ class VolumePage(EntryPage):
         """U of the corners of the work space."""
         words = [_("{at}: \u00b1{U} \u00b5m").format(at="X %.0f Y %.0f Z %.0f" % tuple(corner["at"]), U=two_digits(corner["U"] * 1000))
                  for corner in volume_state.corners(its["places"])]
-        causes = _("Corners, from the known causes alone:") if its["U"] is None else _("Corners of the work space:")
+        causes = _("Corners, from the known causes alone:") if its["at_least"] else _("Corners of the work space:")
         self._corners.pack_start(label(causes, "soft"), False, False, 0)
         self._corners.pack_start(flow(*map(label, words)), False, False, 0)
         if its["unknown_direction"] > 0:

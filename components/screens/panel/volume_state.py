@@ -27,6 +27,11 @@ def tables(ini):
     return [] if value == "none" else value.split(":")
 
 
+def assumed(ini):
+    """Classes and sheets that state errors which nobody measured: [SQUARENESS]ASSUME, as sheet.csv:iso-10791."""
+    return [source if source == "iso-10791" else os.path.join(ini.folder, source) for source in ini.get("SQUARENESS", "ASSUME").split(":") if source]
+
+
 def box(ini):
     """The work space as plumb volume takes it, in mm. Raises Lacks."""
     unit = 25.4 if ini.get("TRAJ", "LINEAR_UNITS").lower().startswith("in") else 1.0
@@ -49,12 +54,17 @@ def kept_uncertainty(folder):
         return {"angles": {}, "causes": []}
 
 
+def instruments(result):
+    """The methods of the measurements in an output of plumb squareness, as "square, opening"."""
+    return ", ".join(dict.fromkeys(its["by"] for its in result.get("input", {}).get("measurements", ())))
+
+
 def keep_uncertainty(folder, result):
     """Writes how sure the measured angles of an output of plumb squareness are, beside those of before. Raises OSError."""
     kept, new = kept_uncertainty(folder), [cause for cause in result["deviations"] if cause]
     measured = set().union(*new)
     former = [{name: factor for name, factor in cause.items() if name not in measured} for cause in kept["causes"]]
-    angles_of_now = {its["name"]: {"angle": its["angle"], "date": time.strftime("%Y-%m-%d")} for its in result["settled"] if its["name"] in measured}
+    angles_of_now = {its["name"]: {"angle": its["angle"], "date": time.strftime("%Y-%m-%d"), "by": instruments(result)} for its in result["settled"] if its["name"] in measured}
     content = {"angles": {**kept["angles"], **angles_of_now}, "causes": [cause for cause in former if cause] + new}
     replace(os.path.join(folder, FILE), json.dumps(content, indent=1))
 
@@ -67,7 +77,7 @@ def of_angles(folder, instance, values):
         measured = kept["angles"].get(name)
         if measured and abs(measured["angle"] - angle) < 1e-9:
             known.add(name)
-            options += ["--tilt", "%s=%rrad,u=0rad,date=%s" % (name, float(angle), measured["date"])]
+            options += ["--tilt", "%s=%rrad,u=0rad,date=%s,by=%s" % (name, float(angle), measured["date"], measured.get("by", "").replace(",", " and"))]
         elif angle:
             options += ["--tilt", "%s=%rrad" % (name, float(angle))]
     for number, cause in enumerate(kept["causes"], 1):
@@ -98,7 +108,7 @@ def arguments(ini, chain, folder, instance, values):
     if instance.value(values, "tables", 0) and not found:
         raise Lacks(_("[SQUARENESS]TABLE of the INI file does not name the tables in use."))
     return ["uncertainty", "--json", "--chain", chain, "--box", box(ini), *tool(instance, values), *of_angles(folder, instance, values), *pivots(instance, values),
-            *[word for file in found for word in ("--table", file)]]
+            *[word for file in found for word in ("--table", file)], *[word for source in assumed(ini) for word in ("--assume", source)]]
 
 
 def temperature(growths, values):
@@ -121,11 +131,53 @@ def corners(places):
 NOTES = {
     "old": "The measurement of {of} is {first} days old, and valid for {second}: measure again.",
     "age-unknown": "The age of the measurement of {of} is not known; it counts as {first} days.",  # for gettext: _("The age of the measurement of {of} is not known; it counts as {first} days.")
-    "temperature": "{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.",  # for gettext: _("{of} was measured at {first} \u00b0C, and it is {second} \u00b0C: measure again.")
     "table-ends": "The table of {of} ends at {first} and {second} mm, within the work space: beyond, nothing was measured.",  # for gettext: _("The table of {of} ends at {first} and {second} mm, within the work space: beyond, nothing was measured.")
     "rotary": "The rotary axes stand at 0: {of}. Their errors, and other angles, are not in U.",  # for gettext: _("The rotary axes stand at 0: {of}. Their errors, and other angles, are not in U.")
-    "no-u": "No uncertainty either: {of}.",  # for gettext: _("No uncertainty either: {of}.")
 }
+
+
+# By the kind of an error in the list of plumb volume: its name, and how it is measured.
+KINDS = {
+    "corner": "corner {axes}",  # for gettext: _("corner {axes}")
+    "lost-motion": "lost motion {axes}",  # for gettext: _("lost motion {axes}")
+    "repeatability": "repeatability {axes}",  # for gettext: _("repeatability {axes}")
+    "second-axis": "an axis that bends another one",  # for gettext: _("an axis that bends another one")
+    "growth": "growth by temperature",  # for gettext: _("growth by temperature")
+    "bending": "bending by temperature",  # for gettext: _("bending by temperature")
+    "drift": "drift of {axes}",  # for gettext: _("drift of {axes}")
+}
+HOWS = {
+    "corner": "square and indicator, or diagonals of a part: Measure and set up",  # for gettext: _("square and indicator, or diagonals of a part: Measure and set up")
+    "scale": "laser or gauge blocks: plumb volume import",  # for gettext: _("laser or gauge blocks: plumb volume import")
+    "straightness": "straightedge and indicator: plumb volume straightedge",  # for gettext: _("straightedge and indicator: plumb volume straightedge")
+    "angle": "level or autocollimator: a table with this column and its u",  # for gettext: _("level or autocollimator: a table with this column and its u")
+    "lost-motion": "indicator, from both sides: plumb volume reversal",  # for gettext: _("indicator, from both sides: plumb volume reversal")
+    "repeatability": "the same place five times: plumb volume reversal",  # for gettext: _("the same place five times: plumb volume reversal")
+    "second-axis": "straightedge or level at both ends of the other axis: [SQUARENESS]ASSUME",  # for gettext: _("straightedge or level at both ends of the other axis: [SQUARENESS]ASSUME")
+    "growth": "thermometer: # temperature in each table, and axis_growth",  # for gettext: _("thermometer: # temperature in each table, and axis_growth")
+    "bending": "square, cold and warm: [SQUARENESS]ASSUME",  # for gettext: _("square, cold and warm: [SQUARENESS]ASSUME")
+    "drift": "measure again, or state # drift in the table",  # for gettext: _("measure again, or state # drift in the table")
+}
+
+
+def errors_in_words(errors):
+    """The list of errors: (name, figure, source or how to measure) of each; errors that differ in the name alone are one."""
+    found = []
+    for its in errors:
+        last = its["name"].split()[-1]
+        key = its["kind"], its["state"], its["u"], its["by"]
+        if found and found[-1][0] == key:
+            found[-1][1].append(last)
+        else:
+            found.append((key, [last]))
+    rows = []
+    for (kind, state, u, by), names in found:
+        name = _(KINDS.get(kind, "{axes}")).format(axes=" ".join(names))
+        unit = next(its["unit"] for its in errors if its["kind"] == kind)
+        figure = _("unknown") if u is None else "%s %s" % (texts.number(float("%.3g" % (u * (1e3 if unit == "mm" else 1e6)))), {"mm": "\u00b5m", "rad": "\u00b5rad", "1": "\u00b5m/m"}[unit])
+        words = {"unknown": _("measure: {how}"), "assumed": _("assumed: {by}"), "measured": _("measured: {by}")}[state]
+        rows.append((name, figure, words.format(how=_(HOWS[kind]), by=by)))
+    return rows
 
 
 def note_in_words(note):
@@ -133,13 +185,14 @@ def note_in_words(note):
 
 
 def cause_in_words(cause):
-    """EXX, all rows together; drift of EXX; EXX, by direction; repeatability."""
-    for words, shown in ((", all rows together", _("{error}, all rows together")), (", by direction", _("{error}, by direction"))):
-        if cause.endswith(words):
-            return shown.format(error=cause[:-len(words)])
-    if cause.startswith("drift of "):
-        return _("drift of {error}").format(error=cause[len("drift of "):])
-    return {"the machine": _("the machine")}.get(cause, cause)
+    """EXX, all rows together; drift EXX; lost motion X; second axis; growth; bending; repeatability."""
+    together = ", all rows together"
+    if cause.endswith(together):
+        return _("{error}, all rows together").format(error=cause[:-len(together)])
+    for words, kind in (("drift", "drift"), ("lost motion", "lost-motion"), ("repeatability", "repeatability"), ("second axis", "second-axis"), ("growth", "growth"), ("bending", "bending")):
+        if cause.startswith(words):
+            return _(KINDS[kind]).format(axes=cause[len(words):].strip()).strip()
+    return cause
 
 
 def circles(folder):

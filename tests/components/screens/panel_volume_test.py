@@ -4,6 +4,7 @@
 import configparser
 import json
 import os
+import subprocess
 import sys
 import unittest
 
@@ -60,13 +61,13 @@ class Asked(unittest.TestCase):
         self.assertEqual(volume_state.pivots(Instance({"x-pivot": 0.0, "y-pivot": 300.0, "c-x-pivot": 0.0}), {}), ["--pivot", "Y=300.0"])
 
     def test_an_angle_is_sure_only_as_it_was_measured(self):
-        document = {"deviations": [{"EC0Y": 4e-6, "EC0X": -2e-6}], "settled": [{"name": "EC0Y", "angle": -8e-5}, {"name": "EC0X", "angle": 1e-5}]}
+        document = {"input": {"measurements": [{"by": "square"}]}, "deviations": [{"EC0Y": 4e-6, "EC0X": -2e-6}], "settled": [{"name": "EC0Y", "angle": -8e-5}, {"name": "EC0X", "angle": 1e-5}]}
         volume_state.keep_uncertainty(self.folder, document)
         kept = volume_state.kept_uncertainty(self.folder)
         self.assertEqual(kept["angles"]["EC0Y"]["angle"], -8e-5)
         given = volume_state.of_angles(self.folder, Instance({"ec0y": -8e-5, "ec0x": 3e-5, "eb0z": 0.0}), {})
         tilts = [word for option, word in zip(given, given[1:]) if option == "--tilt"]
-        self.assertRegex(tilts[0], r"^EC0Y=-8e-05rad,u=0rad,date=\d{4}-\d\d-\d\d$|^EC0X=3e-05rad$")
+        self.assertRegex(tilts[0], r"^EC0Y=-8e-05rad,u=0rad,date=\d{4}-\d\d-\d\d,by=square$|^EC0X=3e-05rad$")
         self.assertEqual(sorted(word.partition("=")[0] for word in tilts), ["EC0X", "EC0Y"])
         self.assertIn("EC0X=3e-05rad", tilts)  # edited by hand: without u
         self.assertIn("measurement 1,EC0Y=1.0,u=4e-06rad", given)
@@ -105,21 +106,35 @@ class Shown(unittest.TestCase):
 
     def test_causes_and_notes_are_said_in_words(self):
         self.assertEqual(volume_state.cause_in_words("EXX, all rows together"), "EXX, all rows together")
-        self.assertEqual(volume_state.cause_in_words("drift of EC0Y"), "drift of EC0Y")
-        note = {"kind": "temperature", "of": "X", "first": 20, "second": 26}
-        self.assertEqual(volume_state.note_in_words(note), "X was measured at 20 \u00b0C, and it is 26 \u00b0C: measure again.")
+        self.assertEqual(volume_state.cause_in_words("drift EC0Y"), "drift of EC0Y")
+        self.assertEqual(volume_state.cause_in_words("repeatability"), "repeatability")
+        note = {"kind": "old", "of": "X", "first": 500, "second": 365}
+        self.assertEqual(volume_state.note_in_words(note), "The measurement of X is 500 days old, and valid for 365: measure again.")
 
     def test_causes_and_notes_are_said_in_german(self):
         texts.choose(os.path.join(BUILD, "share", "locale"), "de")
         self.addCleanup(texts.choose, os.path.join(BUILD, "share", "locale"), "en")
-        self.assertEqual(volume_state.cause_in_words("EXX, by direction"), "EXX, je Richtung")
-        self.assertEqual(volume_state.cause_in_words("the machine"), "die Maschine")
+        self.assertEqual(volume_state.cause_in_words("lost motion X"), "Umkehrspiel X")
         for kind in volume_state.NOTES:
-            note = {"kind": kind, "of": "EXX, by direction", "first": 20, "second": 26}
+            note = {"kind": kind, "of": "EXX", "first": 20, "second": 26}
             self.assertNotEqual(volume_state.note_in_words(note), volume_state.NOTES[kind].format(**note), kind)
-        self.assertIn("EXX, je Richtung", volume_state.note_in_words({"kind": "no-u", "of": "EXX, by direction", "first": 0, "second": 0}))
+        for kind, how in volume_state.HOWS.items():
+            self.assertNotEqual(texts._(how), how, kind)
         section = dict(zip(("section-0-kind", "section-0-from", "section-0-to", "section-0-ratio"), (chopping_orders.BOTH, -20.0, -5.0, 0.5)))
         self.assertIn("in beiden Richtungen", chopping_orders.section_in_words(Instance(section), {}, 0))
+
+
+    def test_the_list_of_errors_names_how_each_unknown_one_is_measured(self):
+        """The kinds are those of plumb volume."""
+        chain = ("--chain", "w-X.b-Y-Z-t", "--box", "X=0:800,Y=0:600,Z=-500:0")
+        done = subprocess.run([os.path.join(BUILD, "bin", "plumb-volume"), "uncertainty", "--json", *chain, "--tilt", "EC0Y=1urad,u=2urad,by=square"], capture_output=True, text=True, check=True)
+        errors = json.loads(done.stdout)["errors"]
+        rows = volume_state.errors_in_words(errors)
+        self.assertEqual(rows[0], ("corner XY", "2 \u00b5rad", "measured: EC0Y square"))
+        self.assertEqual(rows[1][:2], ("corner XZ YZ", "unknown"))
+        self.assertIn(("lost motion X Y Z", "unknown", "measure: indicator, from both sides: plumb volume reversal"), rows)
+        self.assertLessEqual({its["kind"] for its in errors}, set(volume_state.HOWS))
+        self.assertEqual({its["kind"]: its["how"].partition(":")[0] for its in errors}, {kind: how.partition(":")[0] for kind, how in volume_state.HOWS.items() if kind != "drift"})
 
 
 class Rotary(unittest.TestCase):
