@@ -121,12 +121,48 @@ class Volume(unittest.TestCase):
             self.assertAlmostEqual(found[name], plain[name], 12)
         self.assertIn("other.csv: taken as: separated by semicolons, decimal comma, position in mm, up1 in ", errors)
 
-    def test_a_table_that_leads_is_named(self):
+    def test_up_and_down_that_are_swapped_are_refused(self):
+        """A table from them would double the error."""
         self.write("lead.csv", "position,up1,up2,down1,down2\n0,0.01,0.0101,0,0.0001\n100,0.02,0.0201,0,0.0001\n")
-        output = self.run_volume("reversal", "lead.csv", "--axis", "X")
+        reason = self.refused("reversal", "lead.csv", "--axis", "X", "--output", "x.csv")
+        self.assertIn("lead.csv: position 0 mm: the lost motion is -10.00 um, so the table would lead. Are the columns up and down swapped, or does the indicator count down as X moves to its + end?", reason)
+        self.assertFalse(os.path.exists(os.path.join(self.folder, "x.csv")))
+        output = self.run_volume("reversal", "lead.csv", "--axis", "X", "--leads", "--output", "x.csv")
         self.assertIn("from -20.00 um to -10.00 um along the travel", output)
-        self.assertIn("The lost motion is negative: the table leads.", output)
         self.assertNotIn("On a circle", output)
+        # Within its uncertainty the sign is open.
+        self.write("small.csv", "position,up1,up2,down1,down2\n0,0.0001,0,0,0.0001\n100,0,0.0002,0,0.0001\n")
+        self.run_volume("reversal", "small.csv", "--axis", "X")
+
+    def test_places_in_the_columns_of_readings_are_refused(self):
+        self.write("places.csv", "position,up1,up2,down1,down2\n0,0,0.0001,0.01,0.0101\n100,100.003,100.0031,100.012,100.0121\n")
+        self.assertIn("places.csv: line 3: column up1: '100.003' is the place that the axis reached; a reading is the place less the position, here 0.003", self.refused("reversal", "places.csv", "--axis", "X"))
+
+    def test_a_drift_while_reading_is_named_and_is_in_the_uncertainty(self):
+        def readings(drift):
+            drawn = random.Random(7)
+            rows = ["position," + ",".join("%s%d" % its for its in [(way, run) for way in ("up", "down") for run in range(5)])]
+            for place in (0, 200, 400, 600, 800):
+                rows.append("%d," % place + ",".join("%.6f" % (sign * 0.005 + drift * (run + half) + drawn.gauss(0, 0.0002)) for sign, half in ((-1, 0), (1, 0.5)) for run in range(5)))
+            return self.write("drift.csv", "\n".join(rows) + "\n")
+
+        still = json.loads(self.run_volume("reversal", readings(0), "--axis", "X", "--json"))
+        moved = json.loads(self.run_volume("reversal", readings(0.002), "--axis", "X", "--json"))
+        self.assertEqual(still["drift"], 0)
+        self.assertAlmostEqual(moved["drift"], 0.002, 4)
+        self.assertGreater(moved["U"], 2 * 0.002 / math.sqrt(3))  # the lost motion is off by 1 um
+        self.assertLess(abs(moved["lost_motion"] - 0.010), moved["U"])
+        self.assertIn("The readings drift by 2.0", " ".join(self.run_volume("reversal", "drift.csv", "--axis", "X").split()))
+
+    def test_a_scale_needs_the_uncertainty_of_its_laser(self):
+        options = ("reversal", self.readings(0.0002), "--axis", "X", "--scale", "--output", "x.csv")
+        self.assertIn("The scale has no uncertainty", self.run_volume(*options))
+        self.assertEqual(self.errors("--table", "x.csv")["EXX"][:2], ("unknown", None))
+        self.run_volume(*options, "--scale-u", "0.8um/m")
+        self.assertIn("# u-common: EXX 8e-07 per X\n", self.read("x.csv"))
+
+    def test_a_tool_that_points_into_the_spindle_is_refused(self):
+        self.assertIn("--tool: 'T3=0,0,200' points to +Z, into the spindle: a tool that is 200 mm long has -200", self.refused(*self.COLUMN[:5], "--tool", "T3=0,0,200"))
 
     def test_an_axis_that_linuxcnc_compensates_is_refused(self):
         self.write("my.ini", "[TRAJ]\nCOORDINATES = X Y Z\n[JOINT_0]\nBACKLASH = 0.01\n")
@@ -277,7 +313,7 @@ class Volume(unittest.TestCase):
             self.assertIn("the zero at %s mm is not within the positions of the table, 0 to 100 mm" % place, self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", "--zero", place))
         for option, value, reason in (("--unit", "um", "--unit: 'um' is none of mm and inch"), ("--error", "EBX", "--error: a COMP_FILE has the scale")):
             self.assertIn(reason, self.refused("import", "--from", "linuxcnc", "x.comp", "--axis", "X", option, value))
-        self.assertEqual(volume("import", "--from", "heidenhain", "bad.comp", "--axis", "X", cwd=self.folder)[0], 2)
+        self.assertEqual(volume("import", "--from", "mach4", "bad.comp", "--axis", "X", cwd=self.folder)[0], 2)
         self.assertIn("there is no option --axes", volume("import", "--from", "rtl", "bad.comp", "--axes", "X", cwd=self.folder)[2])
 
     def test_readings_of_another_kind_need_their_error_and_unit(self):
@@ -289,19 +325,109 @@ class Volume(unittest.TestCase):
         self.assertIn("At 100 mm, reached in + direction, X turns by 9.70 urad about Z, positive by the right hand.", output)
         self.assertIn("X,ECX+,ECX-\n0,0,4.8481368", self.read("x.csv"))
         for options, reason in (
-            (("--error", "ECX"), "--error: give the unit of ECX by --unit, urad or arcsec"),
+            (("--error", "ECX"), "--error: give the unit of ECX by --unit, urad, mrad or arcsec"),
             (("--error", "EYX", "--unit", "urad"), "--error: give the unit of EYX by --unit, um"),
             (("--error", "ECY", "--unit", "urad"), "--error: 'ECY' is no error of X, as EXX"),
             (("--unit", "arcsec"), "--unit: 'arcsec' is no unit of the scale EXX: give --error, as EBX"),
-            (("--unit", "inch"), "--unit: 'inch' is none of um, urad and arcsec"),
+            (("--unit", "inch"), "--unit: 'inch' is none of um, urad, mrad and arcsec"),
             (("--type", "0"), "--type is for a COMP_FILE of LinuxCNC"),
         ):
             self.assertIn(reason, self.refused(*given, *options))
         self.write("side.rtl", text.replace("Angular yaw", "Straightness"))
         self.run_volume("import", "--from", "rtl", "side.rtl", "--axis", "X", "--output", "x.csv", "--error", "EYX", "--unit", "um")
         self.assertIn("X,EYX+,EYX-\n0,0,0.001\n100,0.002,0.003\n", self.read("x.csv"))
+        for unit in ("mrad",):
+            self.run_volume(*given, "--error", "ECX", "--unit", unit)
+            self.assertIn("X,ECX+,ECX-\n0,0,0.001\n100,0.002,0.003\n", self.read("x.csv"))
         self.write("mm.rtl", text.replace("Angular yaw", "linear").replace("2.0", "0.002").replace("3.0", "0.003").replace("2 1 1.0", "2 1 0.001"))
         self.assertIn("mm.rtl: the largest reading is 0.003 um; are the readings in um, not mm?", self.refused("import", "--from", "rtl", "mm.rtl", "--axis", "X"))
+
+    def rtl(self, targets, flags, *runs):
+        """Runs of (target, reading in um)."""
+        lines = "".join("%d %d %g\n" % (run, target, value) for run, its in enumerate(runs, 1) for target, value in its)
+        return self.write("z.rtl", "HEADER::\nTARGET DATA::\nTarget-count: %d\nTargets :\n%s\nFlags: %s\nUSER-TEXT::\nRUNS::\nRun-count: %d\nDEVIATIONS::\nRun Target Data:\n%sENVIRONMENT::\nEOF::\n"
+                          % (len(targets), " ".join(map(str, targets)), flags, len(runs), lines))
+
+    def test_targets_of_an_rtl_may_fall(self):
+        """The Z of a mill: a run along falling targets is a motion to the - end."""
+        self.rtl((0, -40, -90), "0 0 2 0", [(1, 0.2), (2, 1.2), (3, 2.4)], [(3, 5.4), (2, 4.2), (1, 3.2)])
+        self.run_volume("import", "--from", "rtl", "z.rtl", "--axis", "Z", "--output", "z.csv")
+        self.assertIn("Z,EZZ+,EZZ-\n-90,0.0054,0.0024\n-40,0.0042,0.0012\n0,0.0032,0.0002\n", self.read("z.csv"))
+        self.rtl((0, -40, -30), "0 0 2 0", [(1, 0)])
+        self.assertIn("z.rtl: line 5: -30 is not beyond -40: targets rise or fall", self.refused("import", "--from", "rtl", "z.rtl", "--axis", "Z"))
+
+    def test_runs_of_an_rtl_that_all_go_the_same_way_show_no_lost_motion(self):
+        up = [[(1, 0.1), (2, 1.1), (3, 2.1)], [(1, 0.3), (2, 1.3), (3, 2.3)], [(1, 0.2), (2, 1.2), (3, 2.2)]]
+        back = [(3, 0), (2, 0), (1, 0)]
+        expected = ("X,EXX\n0,0.0002\n50,0.0012\n100,0.0022\n", "EXX alone")
+        for runs in (up, [up[0], back, up[1], back, up[2], back]):
+            self.rtl((0, 50, 100), "0 1 2 0", *runs)
+            output = self.run_volume("import", "--from", "rtl", "z.rtl", "--axis", "X", "--output", "x.csv")
+            self.assertIn("All runs go the same way: the lost motion is unknown.", output)
+            self.assertIn(expected[0], self.read("x.csv"))
+            self.assertNotIn("EXX+", self.read("x.csv"))
+            u = float(self.read("x.csv").partition("# u: EXX ")[2].split()[0])
+            self.assertGreater(u, 0.0001 / math.sqrt(3))  # of the mean of three, widened for few readings
+            found = self.errors("--table", "x.csv")
+            self.assertEqual(found["lost motion X"][0], "unknown")
+        self.rtl((0, 50, 100), "0 1 2 0", up[0], [(3, 5), (2, 4), (1, 3)])
+        self.assertIn("z.rtl: line 17: Flags state that all runs go the same way, but run 2 comes back with readings", self.refused("import", "--from", "rtl", "z.rtl", "--axis", "X"))
+
+    ISG = "// laser, 2024\nX EYX EXX // mm\n0 0.001 0\n100 0.002 0.004\n200 0 0.006\n#\nY EYY\n0 0\n50 0.001\n"
+    COM = "BEGIN X.COM MM\nNR AXISPOS BACKLASH X\n0 -100 0.005 -0.005\n1 0 0.004 -0.004\n[END]\n"
+    CEC = "".join("$AN_CEC_%s[%d]=%s\n" % (key, t, value) for t, way in ((0, 1), (1, -1)) for key, value in (("INPUT_AXIS", "(AX1)"), ("OUTPUT_AXIS", "(AX1)"), ("STEP", 50), ("MIN", -50), ("MAX", 50), ("DIRECTION", way), ("IS_MODULO", 0))) \
+        + "".join("$AN_CEC[%d,%d]=%g ; note\n" % (t, n, 0.001 * n - sign * 0.003) for t, sign in ((0, 1), (1, -1)) for n in range(3)) + "M17\n"
+
+    def test_tables_of_other_controls_are_read(self):
+        for kind, text, rows, error in (
+            ("isg", self.ISG, "X,EXX\n0,0\n100,0.004\n200,0.006\n", None), ("isg", self.ISG, "X,EYX\n0,0.001\n100,0.002\n200,0\n", "EYX"),
+            ("heidenhain", self.COM, "X,EXX+,EXX-\n-100,-0.005,0.005\n0,-0.004,0.004\n", None), ("cec", self.CEC, "X,EXX+,EXX-\n-50,-0.003,0.003\n0,-0.002,0.004\n50,-0.001,0.005\n", None),
+        ):
+            self.write("table", text)
+            output = self.run_volume("import", "--from", kind, "table", "--axis", "X", "--output", "x.csv", *(("--error", error) if error else ()))
+            self.assertIn(rows, self.read("x.csv"), kind)
+            self.assertIn("Sign: E", output)
+            self.write("table", text.replace("\n", "\r\n"))
+            self.run_volume("import", "--from", kind, "table", "--axis", "X", "--output", "dos.csv", *(("--error", error) if error else ()))
+            self.assertEqual(self.read("dos.csv"), self.read("x.csv"))
+
+    def test_tables_come_back_from_other_controls(self):
+        self.write("x.csv", "X,EXX+,EXX-,EAX\n0,0.001,0.003,1e-6\n50,0.002,0.005,0\n100,0,0.001,0\n# end, 3 rows\n")
+        for kind in ("heidenhain", "cec"):
+            status, _output, errors = volume("export", "--to", kind, "x.csv", "--axis", "X", "--output", "other", cwd=self.folder)
+            self.assertEqual(status, 0, errors)
+            self.assertIn("Not in the file, which holds EXX: EAX", errors)
+            self.run_volume("import", "--from", kind, "other", "--axis", "X", "--output", "again.csv")
+            self.assertIn("X,EXX+,EXX-\n0,0.001,0.003\n50,0.002,0.005\n100,0,0.001\n", self.read("again.csv"))
+        self.assertIn("the difference by direction;", volume("export", "--to", "isg", "x.csv", "--axis", "X", "--output", "other", cwd=self.folder)[2])
+        self.run_volume("import", "--from", "isg", "other", "--axis", "X", "--output", "again.csv")
+        self.assertIn("X,EXX\n0,0.002\n50,0.0035\n100,0.0005\n", self.read("again.csv"))
+        volume("export", "--to", "isg", "x.csv", "--axis", "X", "--error", "EAX", "--output", "other", cwd=self.folder)
+        self.run_volume("import", "--from", "isg", "other", "--axis", "X", "--error", "EAX", "--output", "again.csv")
+        self.assertIn("X,EAX\n0,1e-06\n50,0\n100,0\n", self.read("again.csv"))
+        self.write("uneven.csv", "X,EXX\n0,0\n30,0.003\n100,0\n# end, 3 rows\n")
+        self.assertIn("the uneven places, for 15 even steps;", volume("export", "--to", "cec", "uneven.csv", "--axis", "X", "--output", "other", cwd=self.folder)[2])
+
+    def test_wrong_tables_of_other_controls_are_refused_with_line_and_value(self):
+        for kind, text, reason in (
+            ("isg", self.ISG.replace("0.004", "0,004"), "line 4: '0,004' is no number; the decimal mark is a point"), ("isg", self.ISG.replace("200 0 0.006", "200 0"), "line 5: 2 values, but 3 names stand above"),
+            ("isg", self.ISG.replace("X EYX", "Z X EYX").replace("\n0 ", "\n0 0 "), "line 2: EXX depends on Z, too: plumb volume takes tables of one axis"), ("isg", "0 1 2\n", "line 1: numbers without a line of names before them"),
+            ("isg", self.ISG.replace("EXX", "EZX"), "there is no column EXX"), ("isg", self.ISG.replace("100 0.002", "0 0.002"), "line 4: 0 is not beyond 0"),
+            ("isg", self.ISG.replace("0.006", "6"), "position 200 mm: from 0.004 to 6 mm within 100 mm is too steep"),
+            ("heidenhain", self.COM.replace(" MM", " INCH"), "line 1: 'BEGIN X.COM INCH' is not in MM"), ("heidenhain", self.COM.replace("AXISPOS", "POS"), "line 2: there is no column AXISPOS"),
+            ("heidenhain", self.COM.replace("BACKLASH X", "BACKLASH Z"), "line 2: there is no column X, which has EXX"), ("heidenhain", self.COM.replace("1 0 0.004", "1 0"), "line 4: 3 values, but the table has 4 columns"),
+            ("heidenhain", self.COM + "2 5 0 0\n", "line 6: a line behind [END]"),
+            ("cec", self.CEC.replace("$AN_CEC[1,2]=0.005 ; note\n", ""), "there is no $AN_CEC[1,2]"), ("cec", self.CEC.replace("STEP[0]=50", "STEP[0]=30"), "line 5: from -50 to 50 mm there are no whole steps of 30 mm"),
+            ("cec", self.CEC.replace("DIRECTION[0]=1", "DIRECTION[0]=2"), "line 6: a direction of 2 is none of 0, 1 and -1"), ("cec", self.CEC.replace("IS_MODULO[1]=0", "IS_MODULO[1]=1"), "line 14: '$AN_CEC_IS_MODULO[1]=1': only tables of a travel"),
+            ("cec", self.CEC.replace("AX1", "AX2"), "there is no table from X to X, which has EXX"), ("cec", self.CEC.replace("$AN_CEC[0,1]", "$AN_CEC[0,7]"), "N 7 is beyond the last step, 2"),
+            ("cec", self.CEC.replace("$AN_CEC[0,1]", "$AN_CEC[0,0]"), "'$AN_CEC[0,0]' is there twice"), ("cec", self.CEC.replace("=-0.003", "=-0,003"), "is no number; the decimal mark is a point"),
+        ):
+            self.write("table", text)
+            self.assertIn("table: " + (reason if reason.startswith(("line", "there", "position")) else ""), self.refused("import", "--from", kind, "table", "--axis", "X"), kind)
+            self.assertIn(reason, self.refused("import", "--from", kind, "table", "--axis", "X"))
+        for kind in ("heidenhain", "cec"):
+            self.assertIn("--error: 'EAX' is an angle, and this file has lengths alone", self.refused("import", "--from", kind, "table", "--axis", "X", "--error", "EAX"))
+        self.assertIn("--unit: 'um' is none of mm: the file has mm and rad", self.refused("import", "--from", "isg", "table", "--axis", "X", "--unit", "um"))
 
     COLUMN = ("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:800,Y=0:600,Z=-500:0", "--tool", "T3=0,0,-200")
 

@@ -21,6 +21,7 @@
 #include "components/commissioning/volume/volume_of.hpp"
 #include "components/commissioning/volume/volume_readings.hpp"
 #include "components/io/files/comp_file.hpp"
+#include "components/io/files/control_files.hpp"
 #include "components/io/files/ini_compensation.hpp"
 #include "components/io/files/rtl_file.hpp"
 #include "components/math/blocks/pi.hpp"
@@ -74,8 +75,8 @@ void put(const std::string& file, const std::string& text) {
 // --- reversal ---
 
 struct ReversalOptions {
-    std::string file, axis, own, reading, output, into, ini, date = date_of_today();
-    bool scale = false, recording = false, json = false;
+    std::string file, axis, own, reading, scale_u, output, into, ini, date = date_of_today();
+    bool scale = false, recording = false, json = false, leads = false;
     int places = 7;
 };
 
@@ -128,7 +129,9 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
     }
     const std::string error = scale_error(its.axis);
     std::string head = "# u: " + error + "+ " + csv::decimal(u) + '\n';
-    if (its.scale) head += "# u: " + error + ' ' + csv::decimal(u) + '\n';
+    if (its.scale && !its.scale_u.empty())
+        head += "# u: " + error + ' ' + csv::decimal(u) + "\n# u-common: " + error + ' ' +
+                csv::decimal(angle_of(its.scale_u)) + " per " + its.axis + '\n';
     head += "# repeatability: " + error + ' ' + csv::decimal(result.repeatability) +
             "\n# by: " + (its.recording ? "motor against scale" : "readings from both sides") + '\n';
     return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, date_line(its.date) + head)
@@ -148,6 +151,16 @@ int reversal(const ReversalOptions& its) {
     } catch (const std::invalid_argument& error) {
         throw std::runtime_error(its.file + ": " + error.what());
     }
+    if (!its.leads)
+        for (const ReversalRow& row : result.rows)
+            if (row.half > 2 * row.uncertainty && result.lost_motion < -2 * result.uncertainty)
+                throw std::runtime_error(its.file + ": position " + csv::decimal(row.position) +
+                                         " mm: the lost motion is " + um(-2 * row.half) +
+                                         ", so the table would lead. Are the columns up and down swapped, or "
+                                         "does the indicator count down as " +
+                                         its.axis +
+                                         " moves to its + end? A table would double the error. If BACKLASH "
+                                         "is in force and too large, give --leads");
     check_rows(its.file, reversal_rows(its, result), 0);
     const std::string table = its.output.empty() ? "" : reversal_table(its, result);
     double most = -1e9, least = 1e9;
@@ -159,7 +172,8 @@ int reversal(const ReversalOptions& its) {
         nlohmann::ordered_json json = {{"axis", its.axis},
                                        {"lost_motion", result.lost_motion},
                                        {"U", 2 * result.uncertainty},
-                                       {"repeatability", result.repeatability}};
+                                       {"repeatability", result.repeatability},
+                                       {"drift", result.drift}};
         for (const ReversalRow& row : result.rows)
             json["rows"].push_back(
                 {{"position", row.position}, {"lost_motion", -2 * row.half}, {"U", 4 * row.uncertainty}});
@@ -173,9 +187,13 @@ int reversal(const ReversalOptions& its) {
             std::cout << formatted("%13.3f%17.2f%8.2f\n", row.position, -2000 * row.half,
                                    4000 * row.uncertainty);
         std::cout << '\n';
-        if (result.lost_motion < -2 * result.uncertainty)
-            say("The lost motion is negative: the table leads. Check that the indicator counts up as " +
-                its.axis + " moves to its + end, and that up is the reading after motion to the + end.");
+        if (result.drift != 0)
+            say("The readings drift by " + um(result.drift) +
+                " from one run to the next, and the uncertainty contains it. Let the machine warm up, and "
+                "read again.");
+        if (its.scale && its.scale_u.empty())
+            say("The scale has no uncertainty: give that of the laser by --scale-u, as 0.8um/m. Until then "
+                "the scale counts as unknown.");
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
         const CircleTurn turn{most, DirectionOfMotion::usual_distance, DirectionOfMotion::usual_acceleration};
@@ -457,22 +475,30 @@ double millimetres(const FileOptions& its) {
     return its.unit == "inch" ? 25.4 : 1;
 }
 
+// The error that a file is read or written for.
+std::string error_of(const FileOptions& its) {
+    return its.error.empty() ? scale_error(its.axis) : its.error;
+}
+
 // Refuses an option of another kind of file.
 void check_options(const FileOptions& its) {
-    const bool comp = its.kind == "linuxcnc";
+    const bool comp = its.kind == "linuxcnc", rtl = its.kind == "rtl";
     check_axis(its.axis);
     date_line(its.date);
     if (!comp && its.type) throw std::invalid_argument("--type is for a COMP_FILE of LinuxCNC");
     if (comp && !its.error.empty())
         throw std::invalid_argument("--error: a COMP_FILE has the scale of its axis alone");
-    const bool known = comp ? its.unit == "mm" || its.unit == "inch"
-                            : its.unit == "um" || its.unit == "urad" || its.unit == "arcsec";
+    const bool known =
+        comp  ? its.unit == "mm" || its.unit == "inch"
+        : rtl ? its.unit == "um" || its.unit == "urad" || its.unit == "mrad" || its.unit == "arcsec"
+              : its.unit == "mm";
     if (!its.unit.empty() && !known)
         throw std::invalid_argument("--unit: " + csv::quoted(its.unit) + " is none of " +
-                                    (comp ? "mm and inch, the units of a COMP_FILE"
-                                          : "um, urad and arcsec, the units of readings in an .rtl"));
-    if (comp || its.error.empty()) {
-        if (!comp && !its.unit.empty() && its.unit != "um")
+                                    (comp  ? "mm and inch, the units of a COMP_FILE"
+                                     : rtl ? "um, urad, mrad and arcsec, the units of readings in an .rtl"
+                                           : "mm: the file has mm and rad"));
+    if (its.error.empty()) {
+        if (rtl && !its.unit.empty() && its.unit != "um")
             throw std::invalid_argument("--unit: " + csv::quoted(its.unit) + " is no unit of the scale " +
                                         scale_error(its.axis) + ": give --error, as EB" + its.axis);
         return;
@@ -481,44 +507,65 @@ void check_options(const FileOptions& its) {
     if (std::find(names.begin(), names.end(), its.error) == names.end())
         throw std::invalid_argument("--error: " + csv::quoted(its.error) + " is no error of " + its.axis +
                                     ", as " + names.front());
-    if (its.unit.empty() || (its.unit == "um") != (error_index(its.error) < 3))
+    const bool angle = error_index(its.error) >= 3;
+    if (angle && (its.kind == "heidenhain" || its.kind == "cec"))
+        throw std::invalid_argument("--error: " + csv::quoted(its.error) +
+                                    " is an angle, and this file has lengths alone");
+    if (rtl && (its.unit.empty() || (its.unit == "um") == angle))
         throw std::invalid_argument("--error: give the unit of " + its.error + " by --unit, " +
-                                    (error_index(its.error) < 3 ? "um" : "urad or arcsec"));
+                                    (angle ? "urad, mrad or arcsec" : "um"));
 }
 
 int import(const FileOptions& its) {
     check_options(its);
-    const std::string text = csv::text_of(its.file),
-                      error = its.error.empty() ? scale_error(its.axis) : its.error;
+    const std::string text = csv::text_of(its.file), error = error_of(its);
     const bool angle = error_index(error) >= 3;
     DirectionRows rows;
     const std::string date = its.date.empty() ? date_of_file(its.file) : its.date;
     std::string head = "# imported from " + its.kind + '\n' + date_line(date);
     if (its.kind == "linuxcnc") {
         rows = comp_file::read(its.file, text, its.type.value_or(trims), millimetres(its));
-        check_rows(its.file, rows, 0);
+    } else if (its.kind == "isg") {
+        rows = isg_file::read(its.file, text, error);
+    } else if (its.kind == "heidenhain") {
+        rows = heidenhain_file::read(its.file, text, error);
+    } else if (its.kind == "cec") {
+        rows = cec_file::read(its.file, text, error);
     } else {
-        const ReversalResult r = [&] {
-            std::optional<double> size;
-            if (!its.error.empty())
-                size = its.unit == "um" ? 1e-3 : its.unit == "urad" ? 1e-6 : angle_from_arcsec(1);
-            std::vector<BothWays> places = rtl_file::read(its.file, text, size);
-            bool one_way = true;
-            for (const BothWays& place : places) one_way &= place.down.empty();
-            if (one_way)  // the same in both directions, as far as is known
-                for (BothWays& place : places) place.down = place.up;
-            return reversal_of(places, 1e-9);
-        }();
+        std::optional<double> size;
+        if (!its.error.empty())
+            size = its.unit == "um"     ? 1e-3
+                   : its.unit == "urad" ? 1e-6
+                   : its.unit == "mrad" ? 1e-3
+                                        : angle_from_arcsec(1);
+        std::vector<BothWays> places = rtl_file::read(its.file, text, size);
+        const bool no_down =
+            std::all_of(places.begin(), places.end(), [](const BothWays& at) { return at.down.empty(); });
+        const bool no_up =
+            std::all_of(places.begin(), places.end(), [](const BothWays& at) { return at.up.empty(); });
+        ReversalResult r;
+        try {
+            r = no_down || no_up ? one_way_of(places, 1e-9) : reversal_of(places, 1e-9);
+        } catch (const std::invalid_argument& refusal) {
+            throw std::runtime_error(its.file + ": " + refusal.what());
+        }
         double u = 0;
         for (const ReversalRow& row : r.rows) {
             rows.push_back({row.position, row.mean + row.half, row.mean - row.half});
             u = std::max(u, row.uncertainty);
         }
-        if (r.freedom > 0 && r.repeatability > 0)
-            head += "# u: " + error + ' ' + csv::decimal(u) + ", " + error + "+ " + csv::decimal(u) + '\n' +
-                    (angle ? "" : "# repeatability: " + error + ' ' + csv::decimal(r.repeatability) + '\n');
-        check_rows(its.file, rows, error_index(error));
+        if (r.freedom > 0 && r.repeatability > 0) {
+            head += "# u: " + error + ' ' + csv::decimal(u);
+            if (!no_down && !no_up) head += ", " + error + "+ " + csv::decimal(u);
+            head += '\n' + (error == scale_error(its.axis)
+                                ? "# repeatability: " + error + ' ' + csv::decimal(r.repeatability) + '\n'
+                                : "");
+        }
+        if (no_down || no_up)
+            (its.output.empty() ? std::cerr : std::cout)
+                << "All runs go the same way: the lost motion is unknown.\n";
     }
+    check_rows(its.file, rows, error_index(error));
     if (its.negate)
         for (DirectionRow& row : rows) row = {row.position, -row.up, -row.down};
     if (its.zero) rows = direction_rows::zeroed(rows, *its.zero);
@@ -558,19 +605,37 @@ int import(const FileOptions& its) {
 
 int export_to(const FileOptions& its) {
     check_options(its);
-    TableError error = read_table_error(its.file, scale_error(its.axis));
+    const std::string wanted = error_of(its);
+    if (its.kind == "rtl" && wanted != scale_error(its.axis))
+        throw std::invalid_argument("--error: an .rtl is written for the scale of its axis alone");
+    TableError error = read_table_error(its.file, wanted);
     if (its.zero) error.rows = direction_rows::zeroed(error.rows, *its.zero);
     if (its.negate)
         for (DirectionRow& row : error.rows) row = {row.position, -row.up, -row.down};
+    std::string lost;
+    if (its.kind == "isg" && std::any_of(error.rows.begin(), error.rows.end(),
+                                         [](const DirectionRow& row) { return row.up != row.down; }))
+        lost += " the difference by direction;";
+    if (its.kind == "cec") {
+        const std::size_t before = error.rows.size();
+        error.rows = cec_file::even(error.rows);
+        if (error.rows.size() != before)
+            lost += " the uneven places, for " + std::to_string(error.rows.size()) + " even steps;";
+    }
     put(its.output, its.kind == "linuxcnc"
                         ? comp_file::text(error.rows, its.type.value_or(trims), millimetres(its))
-                        : rtl_file::text(error.rows));
+                    : its.kind == "isg"        ? isg_file::text(error.rows, wanted)
+                    : its.kind == "heidenhain" ? heidenhain_file::text(error.rows, wanted)
+                    : its.kind == "cec"        ? cec_file::text(error.rows, wanted)
+                                               : rtl_file::text(error.rows));
     const std::vector<UncertainTable> tables = read_uncertain_tables({its.file});
-    std::string lost;
     for (const UncertainTable& table : tables)
         for (const std::string& name : table.columns)
-            if (name.substr(0, 3) != scale_error(its.axis)) lost += ' ' + name;
-    if (!lost.empty()) std::cerr << "Not in the file, which holds the scale of one axis:" << lost << '\n';
+            if (name.substr(0, 3) != wanted) lost += ' ' + name;
+    if (!lost.empty()) std::cerr << "Not in the file, which holds " << wanted << ':' << lost << '\n';
+    if (its.kind != "linuxcnc" && its.kind != "rtl")
+        std::cerr << "The control's own sign is not stated in public: check with one move, and else write "
+                     "again with --negate.\n";
     return 0;
 }
 
@@ -756,6 +821,9 @@ static int carry_out(int argc, char** argv) {
     reversing->add_option("--reading-u", r.reading,
                           "Standard uncertainty of a reading, if each was taken once.");
     reversing->add_flag("--scale", r.scale, "Keeps the mean of both directions, too.");
+    reversing->add_option("--scale-u", r.scale_u,
+                          "Standard uncertainty of the laser's or scale's own scale, as 0.8um/m.");
+    reversing->add_flag("--leads", r.leads, "Takes a table that leads: BACKLASH is in force and too large.");
     reversing->add_flag("--recording", r.recording, "The file has the columns motor,load over any motion.");
     reversing->add_option("--places", r.places, "Parts of the travel of a recording.")
         ->check(CLI::Range(1, 200));
@@ -827,8 +895,12 @@ static int carry_out(int argc, char** argv) {
         command->add_option("--axis", f.axis, "Axis, as X.")->required();
         command->add_option("--type", f.type, "COMP_FILE_TYPE: 0 places, 1 trims, the default.")
             ->check(CLI::Range(0, 1));
-        command->add_option("--unit", f.unit,
-                            "Of a COMP_FILE, mm or inch; of the readings in an .rtl, um, urad or arcsec.");
+        command->add_option(
+            "--unit", f.unit,
+            "Of a COMP_FILE, mm or inch; of the readings in an .rtl, um, urad, mrad or arcsec.");
+        command->add_option(
+            "--error", f.error,
+            "Error in the file, as EBX; of an .rtl with its --unit; default: the scale, EXX.");
         command->add_option("--zero", f.zero, "The error is 0 at this position.");
         command->add_flag("--negate", f.negate, "Turns the sign of the errors.");
         command->add_option("--output", f.output, "Writes into this file.");
@@ -837,17 +909,15 @@ static int carry_out(int argc, char** argv) {
     importing->add_option("FILE", f.file, "The file.")->required();
     importing->add_option("--date", f.date,
                           "Date of the measurement; default: of the last change of the file.");
-    importing->add_option("--error", f.error,
-                          "Error that an .rtl shows, as EBX, with its --unit; default: the scale, EXX.");
-    importing->add_option("--from", f.kind, "linuxcnc or rtl.")
+    importing->add_option("--from", f.kind, "linuxcnc, rtl, isg, heidenhain or cec.")
         ->required()
-        ->check(CLI::IsMember({"linuxcnc", "rtl"}));
+        ->check(CLI::IsMember({"linuxcnc", "rtl", "isg", "heidenhain", "cec"}));
     file_options(importing);
     CLI::App* const exporting = app.add_subcommand("export", "Writes a table for another control.");
     exporting->add_option("TABLE", f.file, "The table.")->required();
-    exporting->add_option("--to", f.kind, "linuxcnc or rtl.")
+    exporting->add_option("--to", f.kind, "linuxcnc, rtl, isg, heidenhain or cec.")
         ->required()
-        ->check(CLI::IsMember({"linuxcnc", "rtl"}));
+        ->check(CLI::IsMember({"linuxcnc", "rtl", "isg", "heidenhain", "cec"}));
     file_options(exporting);
 
     VolumeOptions v;

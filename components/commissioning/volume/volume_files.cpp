@@ -70,6 +70,11 @@ std::vector<BothWays> read_readings(const std::string& file) {
                     "column " + csv::quoted(name) + " is none of position, up1, up2, ..., down1, down2, ...");
             const auto value = columns.number(i, k);
             if (!value) continue;
+            if (std::abs(place.position) >= 5 && std::abs(*value - place.position) < 2)
+                columns.refuse_value(
+                    i, k,
+                    "is the place that the axis reached; a reading is the place less the position, here " +
+                        csv::decimal(*value - place.position));
             if (!(std::abs(*value) <= 10)) columns.refuse_value(i, k, "is beyond 10 mm; is it in mm?");
             (up ? place.up : place.down).push_back(*value);
         }

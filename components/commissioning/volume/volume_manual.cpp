@@ -27,8 +27,11 @@ counts up as the axis moves to its + end.
   100,0.0001,-0.0002,0.0001,0.0102,0.0099,0.0101
   300,0.0002,0.0001,-0.0001,0.0098,0.0101,0.0100
 
---scale keeps the mean of both directions, too: for a laser or a scale. An indicator at each place has its own zero, and shows no
-scale. --own-u is the standard uncertainty of the indicator's own hysteresis; repeating does not reduce it. --into TABLE
+--scale keeps the mean of both directions, too: for a laser or a scale; --scale-u 0.8um/m is the standard uncertainty of its own
+scale, without which the scale of the axis counts as unknown. An indicator at each place has its own zero, and shows no
+scale. A reading is the place that the axis reached, less the position. If the readings show a table that leads, up and down are
+probably swapped, and the file is refused; --leads is for a BACKLASH in force that is too large. A drift from one run to the next is
+named, and is in the uncertainty. --own-u is the standard uncertainty of the indicator's own hysteresis; repeating does not reduce it. --into TABLE
 puts the result into a table that the axis has already.
 
 --recording reads the columns motor,load instead: the encoder of the motor and a scale at the load, over any program.
@@ -72,13 +75,18 @@ block and a probe: measured bore = D - ball + 2 pre-travel + B; --boss W = W + b
 B from its own pre-travel, which an axis with a scale at the load shows.)"},
          {"FILES OF OTHERS",
           R"(plumb volume import --from linuxcnc FILE --axis X --type 1 prints the table that a COMP_FILE of LinuxCNC describes, and the
-sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target, odd runs rising. Straightness
-and angles are refused, unless you give --error EYX and --unit um, or --error ECX and --unit urad or arcsec. --zero POS
+sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target. Targets rise or fall, and runs
+come back or all go the same way; then the lost motion stays unknown. Straightness and angles are refused, unless you give
+--error EYX and --unit um, or --error ECX and --unit urad, mrad or arcsec. --from isg reads the CSV of ISG and Beckhoff (names, then
+lines of numbers between blanks, mm and rad), --from heidenhain a table .COM (AXISPOS, BACKLASH, a column for each axis), --from cec
+the lines $AN_CEC of a SINUMERIK; --error EYX selects another error than the scale. Their makers do not state the sign in public:
+check it with one move. --zero POS
 shifts the table to 0 there, --negate turns its sign. --unit inch is for a COMP_FILE of an inch machine. --output writes the
 table. Its date is --date, or the date of the file. A bad line is refused with file, line and reason, and nothing is written.
 
-plumb volume export --to linuxcnc TABLE --axis X --type 1 writes a COMP_FILE, --to rtl an .rtl file. They hold the scale
-EXX of one axis only, in both directions.)"},
+plumb volume export --to linuxcnc TABLE --axis X --type 1 writes a COMP_FILE, --to rtl an .rtl file, --to isg, heidenhain or cec the
+others. Each holds one error of one axis: COMP_FILE, .rtl, .COM and CEC in both directions, the CSV of ISG the mean of both. CEC has
+even steps; a table with uneven places is written at finer steps, linear between the rows.)"},
          {"UNCERTAINTY",
           R"(plumb volume uncertainty --chain w-X.b-Y-Z-t --box X=0:800,Y=0:600,Z=-500:0 --tool T3=0,0,-200 --tilt
 EC0Y=-80urad,u=4urad --table y.csv states how far two places of the work may be off each other after correction: U is twice the

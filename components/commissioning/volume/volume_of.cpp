@@ -439,6 +439,10 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             if (!value || !(std::abs(*value) <= 1e4)) refuse("--tool", text, "has no lengths below 1e4 mm");
             place.tool[i] = *value;
         }
+        if (place.tool.z() > 0)
+            refuse("--tool", text,
+                   "points to +Z, into the spindle: a tool that is " + csv::decimal(place.tool.z()) +
+                       " mm long has -" + csv::decimal(place.tool.z()));
         for (int x = 0; x < 3; ++x)
             for (int y = 0; y < 3; ++y)
                 for (int z = 0; z < 3; ++z) {

@@ -17,8 +17,10 @@
 namespace plumb {
 
 // Renishaw's .rtl of a linear measurement: targets in mm, five a line, and a line "run target value" for each
-// reading, in um, measured minus target. Odd runs rise, even runs come back. Readings of another kind have
-// other units: the reader refuses them, unless the user gives that unit.
+// reading, in um, measured minus target. Targets rise or fall. A run goes along the targets or comes back; by
+// that it shows one direction of motion or the other. The second number of Flags is 1 if all runs go the same
+// way: a run of zeros between two of them is a mere return. Readings of another kind have other units: the
+// reader refuses them, unless the user gives that unit.
 namespace rtl_file {
 
 // In mm; with the `size` of a told unit, in mm or rad.
@@ -58,23 +60,35 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
             places.push_back({position, {}, {}});
             if (places.size() > targets)
                 lines.refuse(at, "more targets than the " + std::to_string(targets) + " of Target-count");
-            if (places.size() > 1 && !(position > places[places.size() - 2].position))
+            if (places.size() < 2) continue;
+            const double step = position - places[places.size() - 2].position,
+                         first = places[1].position - places[0].position;
+            if (!(step * first > 0))
                 lines.refuse(at, csv::decimal(position) + " is not beyond " +
-                                     csv::decimal(places[places.size() - 2].position));
+                                     csv::decimal(places[places.size() - 2].position) +
+                                     ": targets rise or fall");
         }
     }
+    bool same_way = false;
+    for (std::size_t i = list; i < lines.size() && lines[i].find("::") == std::string_view::npos; ++i) {
+        if (lines[i].substr(0, 6) != "Flags:") continue;
+        const std::string_view second = csv::trimmed(lines[i].substr(6));
+        same_way = second.size() > 2 && second[second.find_first_of(" \t") + 1] == '1';
+    }
+    const bool falling = targets > 1 && places[1].position < places[0].position;
     const std::size_t runs = count("Run-count:", find("RUNS::", at), 1000);
     const std::size_t table = find("Run Target Data:", find("DEVIATIONS::", at));
     std::size_t read = 0;
     double largest = 0;
+    bool back = false, zeros = true;  // of the present run
     for (at = table + 1; at < lines.size() && lines[at].find("::") == std::string_view::npos; ++at) {
         if (lines[at].empty()) continue;
         const std::vector<double> row = lines.numbers(at);
         if (row.size() != 3)
             lines.refuse(at, error_table_file::counted(row.size(), "value") + ", not run, target and value");
-        // Even runs come back, so their targets fall.
-        const std::size_t run = read / targets + 1, nth = read % targets,
-                          target = run % 2 == 1 ? nth + 1 : targets - nth;
+        const std::size_t run = read / targets + 1, nth = read % targets;
+        if (nth == 0) back = targets > 1 && row[1] == static_cast<double>(targets), zeros = true;
+        const std::size_t target = back ? targets - nth : nth + 1;
         if (row[0] != static_cast<double>(run) || row[1] != static_cast<double>(target))
             lines.refuse(at, "run " + csv::decimal(row[0]) + ", target " + csv::decimal(row[1]) +
                                  ", where run " + std::to_string(run) + ", target " + std::to_string(target) +
@@ -83,7 +97,15 @@ inline std::vector<BothWays> read(const std::string& name, std::string_view text
             lines.refuse(at, csv::decimal(row[2]) + (size ? " is beyond 10,000; is it in its unit?"
                                                           : " um is beyond 10 mm; is it in um?"));
         BothWays& place = places[target - 1];
-        (run % 2 == 1 ? place.up : place.down).push_back(size ? row[2] * *size : row[2] / 1000);
+        std::vector<double>& readings = back != falling ? place.down : place.up;
+        readings.push_back(size ? row[2] * *size : row[2] / 1000);
+        zeros &= row[2] == 0;
+        if (same_way && back && nth + 1 == targets) {  // the last one of a return
+            if (!zeros)
+                lines.refuse(at, "Flags state that all runs go the same way, but run " + std::to_string(run) +
+                                     " comes back with readings");
+            for (BothWays& its : places) (falling ? its.up : its.down).clear();
+        }
         largest = std::max(largest, std::abs(row[2]));
         ++read;
     }

@@ -33,7 +33,28 @@ struct ReversalResult {
     int freedom = 0;           // degrees of freedom of the repeatability
     double lost_motion = 0;    // mm, mean over the positions
     double uncertainty = 0;    // mm, standard, of the lost motion
+    double drift = 0;          // mm from one run to the next; 0 if the scatter hides it
 };
+
+// The change from one run to the next, of all places and both directions together: a line through the means
+// of the runs. 0 unless the line is at least three times as steep as its own uncertainty.
+inline double drift_of(const std::vector<BothWays>& places, double repeatability) {
+    const std::size_t runs = places.front().up.size();
+    if (runs < 3) return 0;
+    for (const BothWays& place : places)
+        if (place.up.size() != runs || place.down.size() != runs) return 0;
+    const double middle = static_cast<double>(runs - 1) / 2, count = 2 * static_cast<double>(places.size());
+    double sum = 0, squares = 0;
+    for (std::size_t r = 0; r < runs; ++r) {
+        double mean = 0;
+        for (const BothWays& place : places) mean += (place.up[r] + place.down[r]) / count;
+        const double at = static_cast<double>(r) - middle;
+        sum += at * mean;
+        squares += at * at;
+    }
+    const double drift = sum / squares;
+    return std::abs(drift) > 3 * repeatability / std::sqrt(count * squares) ? drift : 0;
+}
 
 // `reading` is the standard uncertainty of a reading if no position was read twice, `own` the standard
 // uncertainty of a difference up - down that repeating does not show, as the hysteresis of the indicator.
@@ -76,6 +97,9 @@ inline ReversalResult reversal_of(std::vector<BothWays> places, double reading =
         throw std::invalid_argument(
             "the readings do not scatter at all: give the uncertainty of a reading, "
             "such as a third of a division of the indicator");
+    result.drift = drift_of(places, result.repeatability);
+    // Between up and down there is up to one run, with any part of its drift.
+    own = std::hypot(own, result.drift / std::sqrt(3));
     // Few readings show the repeatability less well.
     const double widening = result.freedom > 0 ? coverage_factor(result.freedom) / 2 : 1;
     const double one = std::max(result.repeatability * widening, reading);
@@ -91,6 +115,21 @@ inline ReversalResult reversal_of(std::vector<BothWays> places, double reading =
         variance += of_difference / static_cast<double>(places.size() * places.size());
     }
     result.uncertainty = std::sqrt(variance + own * own);
+    return result;
+}
+
+// Readings after motion to one end alone: the mean of each place, the half is 0, and the lost motion stays
+// unknown.
+inline ReversalResult one_way_of(std::vector<BothWays> places, double reading = 0) {
+    for (BothWays& place : places)
+        (place.up.empty() ? place.up : place.down) = place.up.empty() ? place.down : place.up;
+    ReversalResult result = reversal_of(places, reading);
+    // Each reading counted twice.
+    result.freedom /= 2;
+    const double widened = result.freedom > 0 ? std::sqrt(2.0) * coverage_factor(result.freedom) /
+                                                    coverage_factor(2 * result.freedom)
+                                              : 1;
+    for (ReversalRow& row : result.rows) row.uncertainty *= widened;
     return result;
 }
 

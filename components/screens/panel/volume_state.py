@@ -49,8 +49,9 @@ def kept_uncertainty(folder):
     """{"angles": {name: {"angle", "date"}}, "causes": [{name: standard deviation in rad}]}: one cause may have set several angles."""
     try:
         with open(os.path.join(folder, FILE), encoding="ascii") as file:
-            return json.load(file)
-    except (OSError, ValueError):
+            kept = json.load(file)
+        return {"angles": dict(kept["angles"]), "causes": list(kept["causes"])}
+    except (OSError, ValueError, KeyError, TypeError):  # none, or cut off
         return {"angles": {}, "causes": []}
 
 

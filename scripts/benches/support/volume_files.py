@@ -16,6 +16,7 @@ KINDS = {
     "COMP_FILE, type 1": (("linuxcnc", "--type", "1"), 1e-9),
     "COMP_FILE, inch": (("linuxcnc", "--type", "1", "--unit", "inch"), 25.4e-9),
     ".rtl": (("rtl",), 0.05e-3),
+    ".COM": (("heidenhain",), 1e-6),
 }
 
 
@@ -97,7 +98,7 @@ def spoil(drawn, kind, options, text, rows, folder):
         return "" if all(abs(a - b) < 1e-9 for row, its in zip(expected, read_table(table)) for a, b in zip(row, its)) else "is another table"
 
     lines = text.splitlines(keepends=True)
-    data = [i for i, line in enumerate(lines) if line.strip() and (name == "linuxcnc" or len(line.split()) == 3 and line.split()[0].isdigit())]
+    data = [i for i, line in enumerate(lines) if line.strip() and (name == "linuxcnc" or len(line.split()) == (4 if name == "heidenhain" else 3) and line.split()[0].isdigit())]
     one = drawn.choice(data)
 
     def at_one(change):

@@ -73,9 +73,10 @@ class Asked(unittest.TestCase):
         self.assertIn("measurement 1,EC0Y=1.0,u=4e-06rad", given)
         volume_state.keep_uncertainty(self.folder, {"deviations": [{"EC0X": 1e-6}], "settled": [{"name": "EC0X", "angle": 3e-5}]})
         self.assertEqual(volume_state.kept_uncertainty(self.folder)["causes"], [{"EC0Y": 4e-6}, {"EC0X": 1e-6}])
-        with open(os.path.join(self.folder, volume_state.FILE), "w") as file:
-            file.write("{")
-        self.assertEqual(volume_state.kept_uncertainty(self.folder), {"angles": {}, "causes": []})
+        for cut in ("{", "{}", '{"angles": 3, "causes": []}', "[]"):
+            with open(os.path.join(self.folder, volume_state.FILE), "w") as file:
+                file.write(cut)
+            self.assertEqual(volume_state.kept_uncertainty(self.folder), {"angles": {}, "causes": []})
 
     def test_temperature_is_that_of_a_valid_sensor(self):
         growth = Instance({"temperature-0": 31.0, "temperature-valid-0": False, "temperature-1": 24.5, "temperature-valid-1": True})
