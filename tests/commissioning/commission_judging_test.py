@@ -23,6 +23,17 @@ class Judging(unittest.TestCase):
             with self.subTest(read):
                 self.assertEqual(judge(0.010, read, TOLERANCE).fault, fault)
 
+    def test_a_mistake_is_one_of_its_kind(self):
+        """An angle is no diameter, and a load has no backlash."""
+        for kind, read, fault, words in (("angle", 0.02, "twice", "half of the real one"), ("angle", 0.005, "half", "twice the real one"), ("angle", 0.254, "size", "fits none"),
+                                         ("load", 0.1, "ten", "10 V is taken for 1 V"), ("load", 0.02, "size", "fits none"), ("load", 1, "percent", "percent"), ("temperature", 0.02, "size", "fits none")):
+            with self.subTest((kind, read)):
+                verdict = judge(0.010, read, TOLERANCE, kind=kind)
+                self.assertEqual(verdict.fault, fault)
+                self.assertIn(words, verdict.sentence)
+                for word in ("diameter", "radius", *(("backlash",) if kind in ("load", "temperature") else ())):
+                    self.assertNotIn(word, verdict.sentence + verdict.remedy)
+
     def test_too_little_shows_at_a_larger_press(self):
         self.assertEqual(judge(0.010, 0.010 / 25.4, TOLERANCE).fault, "nothing")
         self.assertEqual(judge(0.050, 0.050 / 25.4, TOLERANCE).fault, "millimetre")

@@ -11,7 +11,7 @@ INCH, THOUSAND = 25.4, 1000.0
 
 
 class Verdict(typing.NamedTuple):
-    """`fault` is a word for programs: "", "sign", "inch", "millimetre", "twice", "half", "thousand", "thousandth", "percent", "nothing",
+    """`fault` is a word for programs: "", "sign", "inch", "millimetre", "twice", "half", "ten", "tenth", "thousand", "thousandth", "percent", "nothing",
     "stayed", "joint", "net", "order", "size", "state", "missing", "untried"."""
 
     fault: str
@@ -27,25 +27,44 @@ def good(sentence):
     return Verdict("", sentence)
 
 
-def sizes():
-    """Factors of a reading, with their faults."""
-    return (
+def sizes(kind):
+    """Factors of a reading of a "length", "angle", "load" or "temperature", with their faults."""
+    lengths = (
         (INCH, "inch", _("25.4 times too much: a millimetre is taken for an inch."), _("Check the scale of the drive and unit= in the loadrt lines.")),
         (1 / INCH, "millimetre", _("25.4 times too little: an inch is taken for a millimetre."),
          _("Check the scale of the drive and unit= in the loadrt lines.")),
         (2.0, "twice", _("Twice as much: a radius is taken for a diameter, or two stages add the offset."),
          _("Check for radius and diameter, and that one stage has this offset.")),
         (0.5, "half", _("Half as much: a diameter is taken for a radius."), _("Check for radius and diameter, and the scale of the drive.")),
+    )
+    angles = (
+        (2.0, "twice", _("Twice as much: the angle that is set is half of the real one."), _("Check over which length the angle was measured, and measure it again.")),
+        (0.5, "half", _("Half as much: the angle that is set is twice the real one."), _("Check over which length the angle was measured, and measure it again.")),
+    )
+    loads = ((10.0, "ten", _("10 times too much: 10 V is taken for 1 V."), _("Scale the signal: 100 is the rating of the drive.")),
+             (0.1, "tenth", _("10 times too little: 1 V is taken for 10 V."), _("Scale the signal: 100 is the rating of the drive.")))
+    units = (
         (THOUSAND, "thousand", _("1000 times too much: a unit is milli or micro of the other one."), _("Check the scale of the drive, and the reading.")),
         (1 / THOUSAND, "thousandth", _("1000 times too little: a unit is milli or micro of the other one."),
          _("Check the scale of the drive, and the reading.")),
         (100.0, "percent", _("100 times too much: a part is taken for percent."), _("Scale the signal: the pin expects percent.")),
         (0.01, "percent", _("100 times too little: percent is expected, and a part comes."), _("Scale the signal: the pin expects percent.")),
     )
+    return {"length": lengths, "angle": angles, "load": loads, "temperature": ()}[kind] + units
 
 
-def judge(asked, read, tolerance, what="", smallest=None):
-    """A reading against the value that it should have; both in one unit. `smallest` is the size from which a reading is one."""
+def remedy_of_size(kind):
+    """For a reading of a size that no usual mistake has."""
+    return {
+        "length": _("Check scale, backlash, stick, and the indicator itself."),
+        "angle": _("Check the angle that is set, backlash, stick, and the indicator itself."),
+        "load": _("Check the scale of the signal, the rating of the drive, and that both show the same load."),
+        "temperature": _("Check the type and the scale of the sensor."),
+    }[kind]
+
+
+def judge(asked, read, tolerance, what="", smallest=None, kind="length"):
+    """A reading against the value that it should have; both in one unit and of one kind. `smallest` is the size from which a reading is one."""
     smallest = tolerance if smallest is None else smallest
     shown = _("asked {asked}, read {read}").format(asked=number(asked, 4), read=number(read, 4))
     shown = "%s: %s" % (what, shown) if what else shown[:1].upper() + shown[1:]
@@ -56,7 +75,7 @@ def judge(asked, read, tolerance, what="", smallest=None):
         return good(shown + ".")
     if abs(read + asked) <= tolerance:
         return Verdict("sign", shown + ". " + _("The sign is wrong."), _("Reverse the sign: of the scale of the drive, of the signal or of the setting."))
-    for factor, fault, words, remedy in sizes():
+    for factor, fault, words, remedy in sizes(kind):
         for sign in (1, -1):
             expected = sign * factor * asked
             near = max(NEAR * abs(expected), min(smallest, abs(expected) / 3))
@@ -65,7 +84,7 @@ def judge(asked, read, tolerance, what="", smallest=None):
                 return Verdict(fault, shown + ". " + words + words_of_sign, remedy)
     if abs(read) <= smallest:
         return Verdict("nothing", shown + ". " + _("Nothing moved."), _("Check that the signal reaches its drive or sensor."))
-    return Verdict("size", shown + ". " + _("The size fits none of the usual mistakes."), _("Check scale, backlash, stick, and the indicator itself."))
+    return Verdict("size", shown + ". " + _("The size fits none of the usual mistakes."), remedy_of_size(kind))
 
 
 def judge_press(asked, pressed, released, tolerance):

@@ -60,7 +60,7 @@ class Warm(Step):
         if not rig.get(instance, "temperature-valid-%d" % self.sensor):
             return Verdict("net", _("This temperature is not valid."), _("Check the sensor, and its net."))
         now = float(rig.get(instance, "temperature-%d" % self.sensor))
-        verdict = judge(values["shown"], now, NEAR, _("Temperature {number}").format(number=self.sensor))
+        verdict = judge(values["shown"], now, NEAR, _("Temperature {number}").format(number=self.sensor), kind="temperature")
         if verdict.passed and abs(now - self.before) < 1:
             return Verdict("nothing", _("It was {before} and is {now}: it does not follow your hand.").format(before=number(self.before, 4), now=number(now, 4)),
                            _("Find the sensor that has this number."))

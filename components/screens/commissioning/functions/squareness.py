@@ -149,7 +149,7 @@ class WithoutIt(Step):
         if abs(place - self.move.start[0]) > 0.05 * abs(self.move.travel):
             return Verdict("state", _("{axis} is not at the first end.").format(axis=self.move.letter), _("Move it there, and read again."))
         tolerance = max(self.session.tolerance, 0.15 * abs(self.move.expected))
-        verdict = judge(-self.move.expected, values["read"], tolerance, _("Error by the tilts"), self.session.tolerance)
+        verdict = judge(-self.move.expected, values["read"], tolerance, _("Error by the tilts"), self.session.tolerance, "angle")
         if verdict.fault == "sign":
             tilts = self.move.tilts(self.session)
             if len(tilts) > 1:

@@ -44,7 +44,7 @@ class Load(Step):
             readings.append(float(rig.get(instance, "load")))
             rig.sleep(0.02)
         load = sum(readings) / len(readings)
-        verdict = judge(values["shown"], load, max(1.0, 0.25 * abs(values["shown"])), _("Load"), 0.005 * abs(values["shown"]))
+        verdict = judge(values["shown"], load, max(1.0, 0.25 * abs(values["shown"])), _("Load"), 0.005 * abs(values["shown"]), "load")
         follows = abs(load - self.at_rest) > 0.2 * abs(values["shown"])
         if verdict.fault in ("", "size", "nothing") and not follows and abs(values["shown"]) > 3:
             return Verdict("nothing", _("The load does not follow the spindle: {rest} at rest, {load} now.").format(
