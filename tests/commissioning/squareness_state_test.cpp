@@ -97,6 +97,33 @@ TEST(SquarenessState, LeansThatWereNotMeasuredKeepTheirAngleInForce) {
     }
 }
 
+TEST(SquarenessState, CornersOfSeveralMilliradiansAtOnceAreAsMeasured) {
+    for (const char* const chain : chains) {
+        TiltedMachine machine = machine_of(chain);
+        machine.measured = {{Axis::X, Axis::Y, 8e-3, 1e-6, 0, 0},
+                            {Axis::X, Axis::Z, -5e-3, 1e-6, 0, 0},
+                            {Axis::Y, Axis::Z, 3e-3, 1e-6, 0, 0}};
+        const SquarenessState all = state(machine);
+        for (const Corner& measured : machine.measured)
+            EXPECT_NEAR(corner(all, measured.a, measured.b).uncorrected, measured.opening, 1e-10) << chain;
+    }
+}
+
+TEST(SquarenessState, ListOfErrorsHasTheMeasuredCornersAndNoOthers) {
+    TiltedMachine machine = machine_of("w-X.b-Y-Z-C-t");
+    machine.measured = {{Axis::X, Axis::Y, 80e-6, 2e-6, 0, 0}};
+    machine.instruments = {"square and indicator"};
+    machine.known = {{Axis::Z, 1, 30e-6, {}}};
+    ErrorList list = errors_of(machine, state(machine));
+    EXPECT_EQ(list.find("XY")->state, ErrorLine::State::measured);
+    EXPECT_NEAR(list.find("XY")->u, 2e-6, 1e-12);
+    EXPECT_EQ(list.find("XY")->by, "square and indicator");
+    EXPECT_EQ(list.find("XZ")->state, ErrorLine::State::unknown) << "an angle without u";
+    EXPECT_THAT(list.find("XZ")->by, testing::HasSubstr("without u"));
+    EXPECT_EQ(list.unknown().size(), list.lines().size() - 1);
+    EXPECT_THAT(list.sentence(), testing::StartsWith("29 of 30 errors are unknown, the first of them XZ."));
+}
+
 TEST(SquarenessState, AngleInForceOfTheDatumCountsInANewMeasurement) {
     TiltedMachine machine = machine_of("w-X.b-Y-Z-C-t");
     machine.measured_with_correction = false;

@@ -45,8 +45,27 @@ Quantities solved(const TiltedMachine& machine, const std::vector<Corner>& corne
         .quantities(corners, known);
 }
 
+// Newton's method: the corners of several mrad multiply to some 10 urad, which a linear solution leaves out.
+// If the corners contradict the known tilts, no step helps, and the linear solution shows by how much.
+Quantities exact(const TiltedMachine& machine, const std::vector<Corner>& corners) {
+    const Quantities linear = solved(machine, corners, machine.known);
+    std::vector<Corner> aims = corners;
+    for (int step = 0; step < 20; ++step) {
+        const Quantities quantities = solved(machine, aims, machine.known);
+        const KinematicChain chain = chain_of(machine, quantities);
+        double largest = 0;
+        for (std::size_t i = 0; i < corners.size(); ++i) {
+            const double rest = corners[i].opening - opening_of(chain, corners[i].a, corners[i].b);
+            aims[i].opening += rest;
+            largest = std::max(largest, std::abs(rest));
+        }
+        if (largest < 1e-12) return quantities;
+    }
+    return linear;
+}
+
 Quantities quantities_of(const TiltedMachine& machine, const std::vector<Corner>& corners) {
-    Quantities quantities = solved(machine, corners, machine.known);
+    Quantities quantities = exact(machine, corners);
     sort(quantities);
     for (const SquarenessQuantity& q : quantities) {
         for (const SquarenessQuantity& other : machine.known)
