@@ -70,6 +70,12 @@ def readings(axis):
     return "printf '%%s\\n' %s > %s_readings.csv" % (" ".join(rows), axis)
 
 
+def printed(page, begin):
+    """A line of the shell that finds, in the file out, the line of a page that begins so; line ends count as blanks."""
+    line = next(line.strip() for line in read(os.path.join(ROOT, page)).splitlines() if line.strip().startswith(begin))
+    return "tr -s ' \\n' ' ' < out | grep -qF -- '%s'" % line
+
+
 HERE = Run(".")
 
 # By page: a command, or the beginning of one and "...".
@@ -148,6 +154,10 @@ COMMANDS = {
         "build/bin/plumb bench ...": HERE,
         "scripts/test -R grinder_linuxcnc": chosen("grinder_linuxcnc"),
         "scripts/test -R chopping_test": Tested("tests/components/compensation/chopping_test.cpp", "ShiftsItsRegionByCommandAndWhenAnAxisCrossesEitherWay)"),
+    },
+    "components/compensation/squareness/NOT_SQUARE.md": {
+        "plumb squareness --chain w.b-Y-X-Z-t ...": Run("empty", change=("u=0.2mm", "u=0.2mm > out"), then=printed("components/compensation/squareness/NOT_SQUARE.md", "Add ")),
+        "plumb squareness --chain w.b-X-Y-Z-t ...": Run("empty", change=("u=0.2mm", "u=0.2mm > out"), then=printed("components/compensation/squareness/NOT_SQUARE.md", "setp square.ec0y ")),
     },
     "components/compensation/squareness/README.md": {
         "build/bin/plumb bench ...": HERE,
