@@ -176,7 +176,7 @@ def errors_in_words(errors):
         name = _(KINDS.get(kind, "{axes}")).format(axes=" ".join(names))
         unit = next(its["unit"] for its in errors if its["kind"] == kind)
         figure = _("unknown") if u is None else "%s %s" % (texts.number(float("%.3g" % (u * (1e3 if unit == "mm" else 1e6)))), {"mm": "\u00b5m", "rad": "\u00b5rad", "1": "\u00b5m/m"}[unit])
-        words = {"unknown": _("measure: {how}"), "assumed": _("assumed: {by}"), "measured": _("measured: {by}")}[state]
+        words = {"unknown": _("{by}; measure: {how}") if by else _("measure: {how}"), "assumed": _("assumed: {by}"), "measured": _("measured: {by}")}[state]
         rows.append((name, figure, words.format(how=_(HOWS[kind]), by=by)))
     return rows
 

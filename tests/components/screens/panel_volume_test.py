@@ -133,6 +133,7 @@ class Shown(unittest.TestCase):
         rows = volume_state.errors_in_words(errors)
         self.assertEqual(rows[0], ("corner XY", "2 \u00b5rad", "measured: EC0Y square"))
         self.assertEqual(rows[1][:2], ("corner XZ YZ", "unknown"))
+        self.assertEqual(volume_state.errors_in_words([{**errors[1], "by": "EB0X, without u"}])[0][2], "EB0X, without u; measure: square and indicator, or diagonals of a part: Measure and set up")
         self.assertIn(("lost motion X Y Z", "unknown", "measure: indicator, from both sides: plumb volume reversal"), rows)
         self.assertLessEqual({its["kind"] for its in errors}, set(volume_state.HOWS))
         self.assertEqual({its["kind"]: its["how"].partition(":")[0] for its in errors}, {kind: how.partition(":")[0] for kind, how in volume_state.HOWS.items() if kind != "drift"})
