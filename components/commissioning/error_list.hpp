@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <stdexcept>
@@ -38,6 +39,9 @@ struct ErrorLine {
     double u = 0;    // standard: mm, rad, or mm/mm for growth
     std::string by;  // measured: instrument or file, and date; assumed: the source; unknown: why, or ""
 
+    bool is_like(const ErrorLine& its) const {
+        return its.kind == kind && its.state == state && its.u == u && its.by == by;
+    }
     bool is_angle() const { return kind == Kind::corner || kind == Kind::angle || kind == Kind::bending; }
     const char* unit() const { return kind == Kind::growth ? "um/m" : is_angle() ? "urad" : "um"; }
     double in_unit() const { return u * (is_angle() || kind == Kind::growth ? 1e6 : 1e3); }
@@ -126,33 +130,39 @@ public:
                open.front()->name + ". To measure " + open.front()->name + ": " + open.front()->how() + '.';
     }
 
-    // A table; lines that differ in the name alone are one.
+    // A table of at most 100 columns; lines that differ in the name alone are one.
     std::string text() const {
-        std::string result = "Errors of this machine             u          by\n";
+        constexpr std::size_t width = 66, left = 34;
+        std::string result = "Errors of this machine   u          by\n";
         for (std::size_t i = 0; i < lines_.size();) {
             const ErrorLine& its = lines_[i];
             std::string names = its.name;
             std::size_t next = i + 1;
-            for (; next < lines_.size() && lines_[next].kind == its.kind && lines_[next].state == its.state &&
-                   lines_[next].u == its.u && lines_[next].by == its.by;
-                 ++next) {
-                const bool word = lines_[next].name.find(' ') != std::string::npos;
-                names += word ? ", " + lines_[next].name.substr(lines_[next].name.rfind(' ') + 1)
-                              : ' ' + lines_[next].name;
+            for (; next < lines_.size() && its.is_like(lines_[next]); ++next)
+                names += ' ' + lines_[next].name.substr(lines_[next].name.rfind(' ') + 1);
+            if (names.size() > 22) {
+                result += "  " + names + '\n';
+                names.clear();
             }
-            char figure[60];
+            char begin[80];
             if (its.state == State::unknown)
-                std::snprintf(figure, sizeof figure, "%-11s", "unknown");
+                std::snprintf(begin, sizeof begin, "  %-22s %-8s", names.c_str(), "unknown");
             else
-                std::snprintf(figure, sizeof figure, "%5.3g %-5s", its.in_unit(), its.unit());
-            char begin[120];
-            std::snprintf(begin, sizeof begin, "  %-32s %s  ", names.c_str(), figure);
+                std::snprintf(begin, sizeof begin, "  %-22s %4.3g %-4s", names.c_str(), its.in_unit(),
+                              its.unit());
             result += begin;
-            result += its.state == State::unknown
-                          ? (its.by.empty() ? "" : its.by + "; ") + "measure by: " + its.how()
-                      : its.state == State::assumed ? "assumed: " + its.by
-                                                    : "measured: " + its.by;
-            result += '\n';
+            std::string words = its.state == State::assumed ? "assumed: " + its.by
+                                : its.state == State::measured
+                                    ? "measured: " + its.by
+                                    : its.by + (its.by.empty() ? "" : "; ") + "measure by: " + its.how();
+            for (bool first = true; !words.empty(); first = false) {
+                std::size_t end = words.size() <= width ? words.size() : words.rfind(' ', width);
+                if (end == std::string::npos) end = width;  // the path of a file
+                const std::size_t column = first ? std::max<std::size_t>(std::string(begin).size(), left) : 0;
+                result += std::string(first ? column - std::string(begin).size() : left, ' ') +
+                          words.substr(0, end) + '\n';
+                words.erase(0, std::min(words.size(), end + (end < words.size() && words[end] == ' ')));
+            }
             i = next;
         }
         return result;

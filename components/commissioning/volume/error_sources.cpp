@@ -213,16 +213,22 @@ void add_sources(VolumeQuestion& q, const ErrorLine& line, std::optional<double>
             tip(line.u * Eigen::Vector3d::Unit(direction(axis_of(line.name.back()))));
             break;
         case Kind::second_axis: tip(Eigen::Vector3d::Constant(line.u)); break;
-        case Kind::growth:
+        case Kind::growth: {  // of all axes alike: screws of one make
+            UncertaintySource together{line.name, {}, {}};
             for (const char axis : {'X', 'Y', 'Z'}) {
+                if (!q.measured.chain.axes.has(axis_of(axis))) continue;
                 const auto kelvin = warmed(q, now, axis);
                 const double u =
                     line.state == State::measured && kelvin ? growth_per_kelvin * *kelvin : line.u;
-                if (q.measured.chain.axes.has(axis_of(axis)))
-                    along(
-                        axis, [&](double from) { return u * from; }, false);
+                along(
+                    axis, [&](double from) { return u * from; }, false);
+                const UncertaintySource& its = sources.back();
+                together.rows.insert(together.rows.end(), its.rows.begin(), its.rows.end());
+                sources.pop_back();
             }
+            sources.push_back(together);
             break;
+        }
         case Kind::bending:
             for (const ErrorLine& corner : q.list.lines())
                 if (corner.kind == Kind::corner)
