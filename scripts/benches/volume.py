@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from support import charts, volume_files, volume_machine
+from support import charts, volume_files, volume_list, volume_machine
 from support.command import add_output, add_place, errors_reported, make_writable, new_parser, place_of, whole, written_line
 from support.figures import micrometres, percentile_lines
 from support.recordings import write_rows
@@ -100,6 +100,7 @@ def main():
     parser.add_argument("--seed", type=whole(1, 2**31 - 1), default=1, metavar="N", help="first machine (default: 1)")
     parser.add_argument("--seeds", type=whole(1, 100000), default=40, metavar="N", help="number of drawn machines (default: 40)")
     parser.add_argument("--files", action="store_true", help="instead: tables through the files of other controls and back, one for each seed")
+    parser.add_argument("--list", action="store_true", help="instead: machines that have every error of the list, with the lines assumed, measured, and one left out")
     add_place(parser)
     add_output(parser, "volume")
     options = parser.parse_args()
@@ -108,6 +109,10 @@ def main():
         seeds = range(options.seed, options.seed + options.seeds)
         if options.files:
             sys.exit(0 if report_files(seeds) else 1)
+        if options.list:
+            lines, good = volume_list.figures(simulate_all(volume_list.simulate, [(seed,) for seed in seeds], len(seeds), place_of(options)))
+            print("\n".join(lines))
+            sys.exit(0 if good else 1)
         found = simulate_all(simulate, [(seed,) for seed in seeds], len(seeds), place_of(options))
         outcomes = [outcome for outcome, _ in found]
         good = report(outcomes, [corner for _, corners_of_one in found for corner in corners_of_one])

@@ -10,7 +10,7 @@ import numpy as np
 import volume
 from bench_runs import run_bench
 from plumb_folder import TemporaryFolder
-from support import volume_machine, volume_methods
+from support import volume_list, volume_machine, volume_methods
 
 
 class Figures(unittest.TestCase):
@@ -43,6 +43,47 @@ class Figures(unittest.TestCase):
         np.testing.assert_allclose(machine.tip((0, 0, 0), (1, -1, 0)), [-0.005, 0.003, -200])
 
 
+class Listed(unittest.TestCase):
+    def machine(self, **changed):
+        still = {(axis, e): (0, 0, 0) for axis in "XYZ" for e in range(6)}
+        its = {"tilts": {}, "shapes": still, "lost": dict.fromkeys("XYZ", (0, 0)), "second": np.zeros(3), "warmed": 0, "growth": dict.fromkeys("XYZ", 0), "bending": {}, "drift": 0}
+        its["shapes"] = {**still, **changed.pop("shapes", {})}
+        return volume_list.Machine(1, **{**its, **changed})
+
+    def test_each_error_displaces_the_tip_to_its_side(self):
+        place = np.array([800, 600, 0])
+        for changed, expected in (
+            ({}, (0, 0, 0)),
+            ({"shapes": {("X", 1): (0.003, 0, 0)}}, (0, 0.003, 0)),
+            ({"shapes": {("Y", 3): (1e-5, 0, 0)}}, (0, 1e-5 * 200, 0)),  # EAY turns the tool of 200 mm
+            ({"shapes": {("X", 5): (1e-5, 0, 0)}}, (0.006, -0.008, 0)),  # ECX turns the work about its zero
+            ({"lost": {"X": (0.01, 0), "Y": (0, 0), "Z": (0, 0)}}, (-0.005, 0, 0)),
+            ({"tilts": {"EC0Y": 1e-5}}, (-0.006, 0, 0)),
+            ({"second": np.array([0.001, 0, 0])}, (0.002, 0, 0)),
+            ({"warmed": 2, "growth": dict.fromkeys("XYZ", 1e-5)}, (0.016, 0.012, 0.01)),
+            ({"warmed": 2, "bending": {"EC0Y": 1e-5}}, (-0.012, 0, 0)),
+        ):
+            with self.subTest(changed):
+                np.testing.assert_allclose(self.machine(**changed).tip(place, 1) - place - [0, 0, -200], expected, atol=2e-6)
+
+    def test_one_of_five_is_drawn_twice_as_wide(self):
+        import random
+
+        drawn = random.Random(3)
+        values = np.array([volume_list.wide(drawn) for _ in range(40000)])
+        self.assertAlmostEqual(values.std(), 1, delta=0.02)
+        self.assertGreater(np.mean(np.abs(values) > 3), 2 * 0.0027)  # a normal distribution has 0.27 % there
+
+    def test_figures_miss_a_U_that_is_too_large_or_too_small(self):
+        drawn = np.random.default_rng(2)
+        errors = drawn.normal(0, 1, (400, 3))
+        for U, good in ((2, True), (1, False), (4, False)):
+            its = volume_list.Outcome(1, *({way: value for way in volume_list.WAYS} for value in (errors, np.full((400, 3), U), np.full(400, U), errors[:, 0])), [True, True])
+            self.assertEqual(volume_list.figures([its])[1], good, U)
+        its.open_states = [True, False]
+        self.assertFalse(volume_list.figures([its])[1])
+
+
 class Bench(unittest.TestCase):
     def test_few_machines_are_within_what_is_stated(self):
         with TemporaryFolder() as folder:
@@ -58,11 +99,16 @@ class Bench(unittest.TestCase):
             self.assertEqual((pairs, contradict), ("72", "0"))
             self.assertEqual(sorted(os.listdir(folder)), ["corners.csv", "coverage.png", "coverage.svg"])
 
+    def test_a_list_that_is_filled_covers_and_one_with_a_gap_says_so(self):
+        done = run_bench("volume", "--list", "--seeds", "2", "--seed", "9001")
+        self.assertEqual(len(re.findall(r"(?m)^(assumed|measured) +2 machines: ([7-9]\d|100)\.\d % of the components within their U", done.stdout)), 2, done.stdout + done.stderr)
+        self.assertIn('one line left out: 100 % state "at least", and name it', done.stdout)
+
     def test_drawn_tables_survive_the_files_of_others(self):
         done = run_bench("volume", "--files", "--seeds", "2", "--seed", "9001")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertEqual(done.stdout.count("2 tables there and back"), 4)
-        self.assertIn("66 of 66 taken rightly, or refused with file and reason", done.stdout)
+        self.assertEqual(done.stdout.count("2 tables there and back"), 5)
+        self.assertIn("78 of 78 taken rightly, or refused with file and reason", done.stdout)
 
 
 if __name__ == "__main__":
