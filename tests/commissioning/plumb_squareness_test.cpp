@@ -367,7 +367,7 @@ TEST(PlumbSquareness, DocumentGivesAllLeansAtOnce) {
     const std::string output = output_of({"--input", file});
     EXPECT_THAT(output, HasSubstr("setp square.ec0x 1e-05 "));
     EXPECT_THAT(output, HasSubstr("setp square.ea0w 1e-05 ")) << "stays in force";
-    EXPECT_THAT(output, HasSubstr("setp square.eb0z 6.66667e-05 ")) << "takes the place of the one in force";
+    EXPECT_THAT(output, HasSubstr("setp square.eb0z 6.66668e-05 ")) << "takes the place of the one in force";
     EXPECT_THAT(
         below("Squareness before and after", output),
         HasSubstr("X to Z: before: -36.7 um over 1 m; after: 0 \u00b1 9.5 um over 1 m, straightness\n"));
