@@ -6,6 +6,7 @@
 #include "hal/linuxcnc_series.hpp"
 #include "hal/value.hpp"
 
+#include <dlfcn.h>
 #include <rtapi_mutex.h>
 
 #include <array>
@@ -28,6 +29,7 @@ struct ListedFunction {
 
 struct ListedThread {
     std::string name;
+    int task;                            // of rtapi
     std::vector<std::size_t> functions;  // in the order of its calls, as indices
 };
 
@@ -147,10 +149,15 @@ struct Thread {
     Name name;
 };
 
+// The variable of hal_lib; null without it. A program that has loaded hal_lib itself asks for it.
+inline char** memory() {
+    return &hal_shmem_base ? &hal_shmem_base : static_cast<char**>(dlsym(RTLD_DEFAULT, "hal_shmem_base"));
+}
+
 template <class T>
 const T* at(Offset offset) {
     const bool inside = offset > 0 && offset <= size - static_cast<Offset>(sizeof(T));
-    return inside ? reinterpret_cast<const T*>(hal_shmem_base + offset) : nullptr;
+    return inside ? reinterpret_cast<const T*>(*memory() + offset) : nullptr;
 }
 
 inline std::string text(const Name& name) {
@@ -167,7 +174,7 @@ inline ThreadList read(const Head& head) {
             {text(one->name), reinterpret_cast<const void*>(one->code), one->users > 0});
     }
     for (auto one = at<Thread>(head.threads); one && left-- > 0; one = at<Thread>(one->next)) {
-        ListedThread& thread = result.threads.emplace_back(ListedThread{text(one->name), {}});
+        ListedThread& thread = result.threads.emplace_back(ListedThread{text(one->name), one->task, {}});
         auto entry = at<Entry>(one->functions.next);
         // The list ends where it began, in the thread.
         for (; entry && &entry->links != &one->functions && left-- > 0; entry = at<Entry>(entry->links.next))
@@ -183,7 +190,8 @@ inline ThreadList read(const Head& head) {
 // unknown kind. Waits for nobody.
 template <class List>
 std::optional<List> list_of_hal(List (*read)(const layout::Head&)) {
-    auto* const head = &hal_shmem_base ? reinterpret_cast<layout::Head*>(hal_shmem_base) : nullptr;
+    char** const memory = layout::memory();
+    auto* const head = memory ? reinterpret_cast<layout::Head*>(*memory) : nullptr;
     if (!head || head->version != layout::version || !head->lock.try_take()) return std::nullopt;
     struct Guard {
         layout::Lock& lock;

@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "hal/host/functions.hpp"
 #include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
@@ -44,13 +43,11 @@ void explain(int number, siginfo_t* information, void* context) {
     Dl_info place{};
     const bool known = dladdr(place_of(context), &place) != 0 && place.dli_fname != nullptr;
     const bool stack_used_up = number == SIGSEGV && scheduler().guards(information->si_addr);
-    const Function* const function = scheduler().running() >= 0 ? last_called() : nullptr;
     char text[512];
-    const int length =
-        std::snprintf(text, sizeof text, "plumb-host: %s%s%s%s%s%s\n", strsignal(number),
-                      stack_used_up ? " (a realtime thread has used up its stack)" : "", known ? " in " : "",
-                      known ? place.dli_fname : "", function != nullptr ? ", in the realtime function " : "",
-                      function != nullptr ? function->name.c_str() : "");
+    const int length = std::snprintf(text, sizeof text, "plumb-host: %s%s%s%s%s\n", strsignal(number),
+                                     stack_used_up ? " (a realtime thread has used up its stack)" : "",
+                                     known ? " in " : "", known ? place.dli_fname : "",
+                                     scheduler().running() >= 0 ? ", in a realtime function" : "");
     if (write(STDERR_FILENO, text, static_cast<std::size_t>(length)) < 0) return;
     // The handler is gone by SA_RESETHAND: the failed instruction fails again, and kills.
 }

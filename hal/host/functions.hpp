@@ -1,20 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// The realtime functions that modules export, and the one that runs.
+// Names the realtime function that runs. HAL reads a clock before the first function of a period and after
+// each: the readings by hal_lib since the task runs are the place of the function in its thread.
 #pragma once
 
+#include <cstdint>
 #include <string>
+
+#include "hal/host/scheduler.hpp"
 
 namespace plumb::host {
 
-struct Function {
-    using Code = void (*)(void* argument, long period);
+// The code of hal_lib.
+struct HalCode {
+    std::uintptr_t begin = 0, size = 0;
 
-    std::string name;
-    Code code;
-    void* argument;
+    bool has(const void* place) const { return reinterpret_cast<std::uintptr_t>(place) - begin < size; }
 };
+extern HalCode hal_code;
 
-// The function that was called last. Null before the first one. Any thread may ask.
-const Function* last_called();
+// hal_lib has been loaded; `place` lies in its code.
+void find_hal_code(const void* place);
+
+// Somebody whose code lies at `caller` reads a clock.
+inline void count_reading(const void* caller) {
+    if (hal_code.has(caller)) scheduler().count_reading();
+}
+
+// Empty if it is not known. Any thread may ask.
+std::string running_function();
 
 }  // namespace plumb::host

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "hal/host/guard.hpp"
 
+#include <dlfcn.h>
+#include <hal.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
@@ -13,9 +15,10 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <stdexcept>
 
-#include "hal/host/functions.hpp"
+#include "hal/host/motion_status.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
 // gcc has this function, and no header that declares it.
@@ -32,10 +35,19 @@ namespace plumb::host {
 
 namespace {
 
+using Function = void (*)(void* argument, long period);
+
+// A function of a module, and the one that is called in its place.
+struct Watched {
+    std::string name;
+    Function function;
+    void* argument;
+};
+
 enum class Deed : int { allocated, released, printed, called_system };
 
 struct Note {
-    const Function* function;
+    const Watched* function;
     Deed deed;
     unsigned long detail;  // bytes, or the number of the system call
 };
@@ -46,7 +58,7 @@ constexpr char block = 1;
 volatile char system_calls = allow;
 
 bool enabled = false;
-thread_local const Function* running = nullptr;
+thread_local const Watched* running = nullptr;
 
 // Filled in the middle of realtime functions and signal handlers: no container.
 std::array<Note, 1000> notes;
@@ -58,6 +70,20 @@ void note(Deed deed, unsigned long detail) {
         return each.function == running && each.deed == deed && each.detail == detail;
     });
     if (!known && note_count < notes.size()) notes[note_count++] = {running, deed, detail};
+}
+
+void call_watched(void* watched, long period) {
+    const auto& self = *static_cast<const Watched*>(watched);
+    running = &self;
+    system_calls = block;
+    self.function(self.argument, period);
+    system_calls = allow;
+    running = nullptr;
+}
+
+std::deque<Watched>& all_watched() {
+    static std::deque<Watched> the_functions;  // addresses stay
+    return the_functions;
 }
 
 std::string text_of(const Note& each) {
@@ -173,16 +199,6 @@ std::vector<Misdeed> misdeeds() {
     return found;
 }
 
-Guarded::Guarded(const Function& function) {
-    running = &function;
-    system_calls = block;
-}
-
-Guarded::~Guarded() {
-    system_calls = allow;
-    running = nullptr;
-}
-
 Printing::Printing() : watched_(running) {
     if (running == nullptr) return;
     system_calls = allow;
@@ -192,11 +208,22 @@ Printing::Printing() : watched_(running) {
 
 Printing::~Printing() {
     if (watched_ == nullptr) return;
-    running = watched_;
+    running = static_cast<const Watched*>(watched_);
     system_calls = block;
 }
 
 }  // namespace plumb::host
+
+// Stands before hal_lib's function of the same name, and calls it.
+extern "C" int hal_export_funct(const char* name, void (*function)(void*, long), void* argument, int uses_fp,
+                                int reentrant, int component) {
+    auto* const next = reinterpret_cast<decltype(&hal_export_funct)>(dlsym(RTLD_NEXT, "hal_export_funct"));
+    if (next == nullptr) return -EINVAL;
+    function = plumb::host::marking_status(name, function);
+    if (!plumb::host::guard_enabled()) return next(name, function, argument, uses_fp, reentrant, component);
+    auto& watched = plumb::host::all_watched().emplace_back(plumb::host::Watched{name, function, argument});
+    return next(name, plumb::host::call_watched, &watched, uses_fp, reentrant, component);
+}
 
 #ifndef __SANITIZE_ADDRESS__
 

@@ -13,8 +13,6 @@
 
 namespace plumb::host {
 
-struct Function;
-
 // A forbidden act of a function; each kind is noted once.
 struct Misdeed {
     std::string function;
@@ -30,14 +28,6 @@ bool guard_enabled();
 // In the order in which they were noted; no more than 1000.
 std::vector<Misdeed> misdeeds();
 
-// Watches a function that is called while this lives.
-class Guarded {
-public:
-    explicit Guarded(const Function& function);
-    ~Guarded();
-    Guarded(const Guarded&) = delete;
-};
-
 // Notes that the running function prints, and lets it go unwatched for as long as this lives: the host
 // passes messages on, not the function.
 class Printing {
@@ -47,7 +37,7 @@ public:
     Printing(const Printing&) = delete;
 
 private:
-    const Function* watched_;
+    const void* watched_;
 };
 
 }  // namespace plumb::host

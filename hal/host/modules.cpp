@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 
+#include "hal/host/functions.hpp"
 #include "hal/host/rtapi.hpp"
 #include "hal/host/watchdog.hpp"
 
@@ -179,6 +180,7 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
         dlclose(handle);
         return -1;
     }
+    if (name == hal_library) find_hal_code(reinterpret_cast<const void*>(main));
     Texts texts;
     for (const std::string& parameter : parameters) {
         if (!set_parameter(handle, parameter, texts)) {

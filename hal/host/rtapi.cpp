@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/host/functions.hpp"
 #include "hal/host/guard.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/rtapi.hpp"
@@ -212,9 +213,11 @@ long rtapi_clock_set_period(long period) {
 }
 
 long long rtapi_get_time() {
+    plumb::host::count_reading(__builtin_return_address(0));
     return scheduler().read_clock();
 }
 long long rtapi_get_clocks() {
+    plumb::host::count_reading(__builtin_return_address(0));
     return scheduler().read_clock();
 }
 void rtapi_delay(long span) {
@@ -301,8 +304,8 @@ int rtapi_open_as_root(const char*, int) {
 int rtapi_spawn_as_root(pid_t* pid, const char*, const posix_spawn_file_actions_t*, const posix_spawnattr_t*,
                         char* const[], char* const[]) {
     plumb::host::refuse("no program is started as root");
-    // hm2_eth waits for the program all the same. Nobody is a child of himself, so it waits for none, instead of
-    // for any child of the host: the halcmd that waits for hm2_eth would be one.
+    // hm2_eth waits for the program all the same. Nobody is a child of himself, so it waits for none, instead
+    // of for any child of the host: the halcmd that waits for hm2_eth would be one.
     *pid = getpid();
     return EPERM;
 }

@@ -209,6 +209,7 @@ void Scheduler::run_due() {
         slot.release += slot.period;
         Task& task = *slot.task;
         running_ = &task;
+        readings_ = 0;
         StackSwitch to_task(task.stack.bottom(), task.stack.size());
         task.context = jump_fcontext(task.context, &task).fctx;
         to_task.back();

@@ -51,6 +51,10 @@ public:
     // Whether a task runs. Any thread may ask.
     bool runs() const { return __atomic_load_n(&running_, __ATOMIC_RELAXED) != nullptr; }
 
+    // How often HAL has read a clock since the running task runs. Any thread may ask for it.
+    void count_reading() { __atomic_store_n(&readings_, readings_ + 1, __ATOMIC_RELAXED); }
+    unsigned readings() const { return __atomic_load_n(&readings_, __ATOMIC_RELAXED); }
+
     // Whether the address lies in the page that guards the end of the running task's stack.
     bool guards(const void* address) const;
 
@@ -95,6 +99,7 @@ private:
     Task* running_ = nullptr;
     Nanoseconds time_ = 0;
     Nanoseconds since_time_ = 0;
+    unsigned readings_ = 0;
     Nanoseconds next_release_ = never;
 };
 

@@ -45,9 +45,8 @@ void watch() {
         seen_time = now_time;
         if (loads && stuck >= Watchdog::load_patience) end(module, "been loaded", Watchdog::load_patience);
         if (loads || stuck < Watchdog::function_patience) continue;
-        const Function* const function = last_called();
-        end(function != nullptr ? function->name : "a realtime thread", "returned",
-            Watchdog::function_patience);
+        const std::string function = running_function();
+        end(function.empty() ? "a realtime function" : function, "returned", Watchdog::function_patience);
     }
 }
 
