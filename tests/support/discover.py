@@ -2,7 +2,8 @@
 """Writes the list of tests that CTest reads: discover.py PROGRAM JSON OUTPUT COMPUTE WAIT
 
 JSON is what the GoogleTest program prints of its tests. Each source file becomes a test, or a test for each fifty that it
-has: a process for each one would take as long to start as most of them run. COMPUTE and WAIT are the jobs that a test takes.
+has: a process for each one would take as long to start as most of them run. Where they start LinuxCNC, it is ten. COMPUTE
+and WAIT are the jobs that a test takes.
 """
 
 import collections
@@ -10,8 +11,6 @@ import json
 import os
 import re
 import sys
-
-AT_ONCE = 50
 
 
 def lines(program, suites, compute, wait):
@@ -21,10 +20,10 @@ def lines(program, suites, compute, wait):
             files[test["file"]].append("%s.%s" % (suite["name"], test["name"]))
     for file, tests in files.items():
         name = os.path.splitext(os.path.basename(file))[0]
-        processors = wait if re.search("/tests/(commands|host)/|/stock_", file) else compute
-        for first in range(0, len(tests), AT_ONCE):
-            some = tests[first : first + AT_ONCE]
-            its_name = name if len(tests) <= AT_ONCE else "%s_from_%d" % (name, first)
+        processors, at_once = (wait, 10) if re.search("/tests/(commands|host)/|/stock_", file) else (compute, 50)
+        for first in range(0, len(tests), at_once):
+            some = tests[first : first + at_once]
+            its_name = name if len(tests) <= at_once else "%s_from_%d" % (name, first)
             yield "add_test([=[%s]=] [=[%s]=] --gtest_brief=1 [=[--gtest_filter=%s]=])\n" % (its_name, program, ":".join(some))
             yield "set_tests_properties([=[%s]=] PROPERTIES PROCESSORS %s TIMEOUT 600 COST %d)\n" % (its_name, processors, len(some))
 
