@@ -5,6 +5,7 @@
 import os
 import unittest
 
+from long import long
 from wire_sample import AXIS_MM, Sample, plumb_wire, read
 
 WRITTEN = ("net z-stroked-position chop.command\n", "net z-stroked-velocity chop.command-velocity\n", "net z-stroked-joint-fb chop.measured-position\n",
@@ -34,6 +35,7 @@ class Stroked(Sample):
         self.assertIn("net x-position => square.x-position\n", files["squareness.hal"])
         self.assertLess(files["order.tcl"].index("  chop.update\n"), files["order.tcl"].index("  square.update\n"))
 
+    @long
     def test_chopping_that_is_wired_later_gives_its_stroke_and_takes_it_away_with_it(self):
         alone = self.wired("squareness")
         self.assertEqual(self.missing(AT_REST, alone["squareness.hal"]), [])
@@ -47,6 +49,7 @@ class Stroked(Sample):
         self.wired("chopping")
         self.assert_stroking(self.wired("squareness"))
 
+    @long
     def test_all_functions_of_this_axis_get_the_stroke_and_its_speed(self):
         files = self.wired("squareness", "thermal_displacement", "axis_growth", "chopping")
         speed = 2 * 30.48  # mm/s: joint and stroke, MAX_VELOCITY each

@@ -10,6 +10,7 @@ import sys
 import time
 import unittest
 
+from long import long
 from plumb_folder import TemporaryFolder
 from support import mill_events, simulations
 from support.cluster import Cluster, differences, identity
@@ -90,6 +91,7 @@ class OnWorkers(unittest.TestCase):
             self.assertLess(time.monotonic(), end, f"{what} does not come")
             time.sleep(0.1)
 
+    @long
     def test_same_as_here_also_where_a_worker_is_lost_amid_its_machine(self):
         workers = [self.start_worker() for _ in range(2)]
         programs = mill_events.draw_programs(6, False)
@@ -132,6 +134,7 @@ class OnWorkers(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "is refused: it does not find the benches of Plumb .*README.md"):
             self.cluster.simulate_all(mill_events.simulate, mill_events.draw_programs(1, False), Silent())
 
+    @long
     def test_lost_scheduler_is_an_error(self):
         self.start_worker()
         programs = mill_events.draw_programs(4, False)
@@ -142,6 +145,7 @@ class OnWorkers(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "has no worker"):
             self.cluster.simulate_all(mill_events.simulate, mill_events.draw_programs(1, False), Silent())
 
+    @long
     def test_command_prints_the_same(self):
         self.start_worker()
         here, there = (self.run_bench(*place) for place in (("--jobs", "1"), ("--cluster", self.address)))

@@ -21,7 +21,7 @@ from tree import BUILD, ROOT, own_folder  # noqa: F401
 
 PROGRAMS = os.path.join(ROOT, "tests", "programs")
 WORKED = 42  # exit status of a scenario (scenario.py), and of no one else
-PATIENCE = 200  # seconds, for an event that takes a few
+PATIENCE = 300  # seconds, for an event that takes up to a hundred on a quiet computer
 ATTEMPTS = 2  # of a run that LinuxCNC's race ends
 PERIOD = 0.001  # seconds, of the servo thread
 nm = 1e-6  # mm

@@ -143,6 +143,7 @@ class Said(unittest.TestCase):
                 Guard(robot).change([write], "Save")
                 self.assertEqual(robot.said, ["Save: refused. A program runs."], write.name)
 
+    @long
     def test_under_an_emergency_stop(self):
         self.assertGreater(self.try_all("integrator", {**READY, "motion.motion-enabled": False}), 100)
 
