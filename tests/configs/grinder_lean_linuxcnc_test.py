@@ -46,6 +46,7 @@ setp square.eb0z 0.0001
 """
 
 
+@long
 class Lean(unittest.TestCase):
     """Functions in this order of wiring."""
 
@@ -102,7 +103,6 @@ class Lean(unittest.TestCase):
         self.assertEqual(self.of("square.status-code", "mended")[-1], CORRECTS)
 
 
-@long
 class ChoppingFirst(Lean):
     functions = ("chopping", "squareness")
 

@@ -8,11 +8,13 @@ import unittest
 
 import linuxcnc_runs
 from linuxcnc_runs import copy_configuration, own_folder, um
+from long import long
 from screen import Screen
 from starts import starts
 from tree import ROOT
 
 
+@long
 class Lathe(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

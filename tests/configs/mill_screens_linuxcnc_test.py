@@ -12,6 +12,7 @@ from screen import Screen
 from starts import starts
 
 
+@long
 class Screens(unittest.TestCase):
     def work(self, name):
         folder = own_folder(self)
@@ -30,7 +31,6 @@ class Screens(unittest.TestCase):
     def test_in_gmoccapy_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("gmoccapy")
 
-    @long
     def test_in_qtdragon_a_finger_learns_takes_back_and_changes_a_setting(self):
         self.work("qtdragon")
 

@@ -145,7 +145,7 @@ COMMANDS = {
     # The tables of claims: the benches of a page take at most 4 s.
     "components/compensation/centre_height/README.md": {
         "build/bin/plumb bench ...": HERE,
-        "scripts/test -R lathe_panel_linuxcnc": chosen("lathe_panel_linuxcnc"),
+        "scripts/test --long -R lathe_panel_linuxcnc": chosen("lathe_panel_linuxcnc"),
         "scripts/test -R lathe_linuxcnc": chosen("lathe_linuxcnc"),
         "scripts/test -R lathe_twin_linuxcnc": chosen("lathe_twin_linuxcnc"),
         "scripts/test -R centre_height_test": Tested("tests/components/compensation/centre_height_test.cpp", "(CentreHeight, LaserBeamsGiveDiameters)"),
