@@ -120,13 +120,13 @@ TEST(RtlFile, IsRefusedWithTheLine) {
               "Give --error and --unit");
     EXPECT_EQ(with("Target-count: 6", "Target-count: 7").substr(0, 14), "a.rtl: line 8:");
     EXPECT_EQ(with("Target-count: 6", "Target-count: 5"),
-              "a.rtl: line 19: run 1, target 6, where run 2, target 5 comes next");
+              "a.rtl: line 19: run 1, target 6, where run 2, target 1 comes next");
     EXPECT_EQ(with("1 2 1.5\n", ""), "a.rtl: line 15: run 1, target 3, where run 1, target 2 comes next");
     EXPECT_EQ(with("1 2 1.5", "1 2 1,5"), "a.rtl: line 15: '1,5' is no number; the decimal mark is a point");
     EXPECT_EQ(with("1 2 1.5", "1 2 15000"), "a.rtl: line 15: 15000 um is beyond 10 mm; is it in um?");
     EXPECT_EQ(with("2 1 4.0\n", ""), "a.rtl: 11 readings, but 2 runs of 6 targets are announced");
     EXPECT_EQ(with("EOF::\n", "").substr(0, 28), "a.rtl: there is no line 'EOF");
-    EXPECT_EQ(with("50.0 100.0", "100.0 50.0"), "a.rtl: line 6: 50 is not beyond 100");
+    EXPECT_EQ(with("50.0 100.0", "100.0 50.0"), "a.rtl: line 6: 50 is not beyond 100: targets rise or fall");
     EXPECT_EQ(with("Run-count: 2", "Run-count: two"),
               "a.rtl: line 11: 'Run-count: two' states no number from 1 to 1000");
 }
