@@ -91,7 +91,8 @@ void take_class(VolumeQuestion& q, ErrorLine& line) {
     line.by = "ISO 10791 ends at a travel of 2000 mm";
 }
 
-// What the temperature of each axis has changed by since it was measured; none if that is not known.
+// K, by which the temperature differs from the temperature at which this axis was measured. Empty if one of
+// the two is unknown.
 std::optional<double> warmed(const VolumeQuestion& q, std::optional<double> now, char axis) {
     if (!now) return {};
     for (const UncertainTable& table : q.tables)

@@ -192,8 +192,8 @@ int reversal(const ReversalOptions& its) {
                 " from one run to the next, and the uncertainty contains it. Let the machine warm up, and "
                 "read again.");
         if (its.scale && its.scale_u.empty())
-            say("The scale has no uncertainty: give that of the laser by --scale-u, as 0.8um/m. Until then "
-                "the scale counts as unknown.");
+            say("The scale has no uncertainty, so it counts as unknown. Give the uncertainty of the laser: "
+                "--scale-u 0.8um/m.");
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
         const CircleTurn turn{most, DirectionOfMotion::usual_distance, DirectionOfMotion::usual_acceleration};

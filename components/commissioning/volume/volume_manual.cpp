@@ -100,8 +100,8 @@ all rows together, per mm of the position or constant:
 
 EXX+ in the head is half of the difference by direction. 2,000 machines are drawn; --seed and --draws change that.
 
-The report has a list of all errors of the chain. An error is measured (by what, and when), assumed (from which source) or unknown.
-With an unknown error the report states "at least +- U", and how to measure the error. An error that was never measured is not 0.
+The report lists all errors of the chain. It states of each error that it is measured (with instrument and date), assumed (with its
+source) or unknown. While one error is unknown, the report states "at least +- U", and how to measure that error.
 State by=square and the date in --tilt, and # by: in the head of a table.
 
 --assume iso-10791 takes the tolerances of ISO 10791 for machining centres, by the length of the work space. --assume sheet.csv takes
@@ -113,8 +113,8 @@ your own values, each with its source:
   second axis,2um,level along Y at both ends of Z
   bending,5urad/K,square on a cold and on a warm day
 
-The names are those of the list. u is a standard uncertainty: half of a stated "+-" with k = 2. The first source that names an error
-counts, and a measured error stays as measured.
+Write each error as the list names it. u is a standard uncertainty: half of a stated "+-" with k = 2. Of two sources that name one
+error the first one counts. A measured error keeps its measured u.
 
 A measurement ages. The head of a table may state its date, how long it is valid, and the standard uncertainty that a year adds:
 
