@@ -81,7 +81,8 @@ constexpr const char* sentence(Doubt doubt) {
 constexpr const char* sentence(Probing probing) {
     switch (probing) {
         case Probing::reference:
-            return "The reference is touched on the cold machine: growth counts from here.";
+            return "This touch is the reference: growth counts from here. If the machine is warm, restart "
+                   "LinuxCNC when it is cold, and touch the reference again.";
         case Probing::no_reference:
             return "The reference was never touched on the cold machine, so this touch corrects nothing.";
         case Probing::first:

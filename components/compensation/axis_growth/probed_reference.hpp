@@ -72,6 +72,7 @@ public:
 
     // The offset fades, and the law gets another one.
     void step(double dt, const Settings& settings) noexcept {
+        if (!referred_) return;
         const double rest = std::exp(-dt / settings.fading);
         found_.offset *= rest;
         covariance_.row(0) *= rest;
