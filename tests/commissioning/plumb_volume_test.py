@@ -497,6 +497,9 @@ class Volume(unittest.TestCase):
         self.assertEqual(self.errors("--assume", "sheet.csv")["bending"], ("unknown", None, "the temperature is not known"))
         # A measured line stays.
         self.assertEqual(self.errors("--tilt", "EC0Y=1urad,u=1urad", "--assume", "iso-10791")["XY"][:2], ("measured", 1e-6))
+        self.assertEqual(self.errors("--assume", "iso-10791", "--assume", "sheet.csv")["EYX"][2], "ISO 10791, 15 um, travel to 800 mm")  # the first one
+        self.write("corner.csv", "error,u,source\nXY,9urad,maker's sheet\n")
+        self.assertEqual(self.errors("--tilt", "EC0Y=1urad,u=1urad", "--assume", "corner.csv")["XY"][:2], ("measured", 1e-6))
 
     def test_an_assumed_line_counts_as_a_measured_one_would(self):
         """Each line alone, against the closed form at X 800 Y 600 Z 0 of a distance from X 0 Y 0 Z -500."""
