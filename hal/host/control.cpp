@@ -373,9 +373,6 @@ void Control::answer(Server::Connection to, const Json& result) {
 
 void Control::need_hal() {
     if (!modules_.need_hal_library()) throw std::runtime_error("LinuxCNC's hal_lib cannot be loaded");
-    const unsigned long now = programs_.halcmds_begun() + modules_.changes();
-    if (settable_at_ != now) settable_.clear();
-    settable_at_ = now;
 }
 
 Json Control::hello() const {
@@ -423,20 +420,43 @@ Json Control::set(const Request& request) {
 void Control::set_value(const std::string& name, const Json& value) {
     need_hal();
     std::optional<Cell> cell;
+    bool locked;
     {
         const Names names;
         cell = names.find(name);
+        locked = names.locked();
     }
     const std::string text = text_of(value);
     const std::optional<double> number = number_of(text);
-    if (cell && number && !cell->linked && cell->value.accepts(*number) && settable_.count(name) > 0) {
+    const bool signal = cell && cell->kind == Cell::Kind::signal;
+    if (cell && number && !locked && !cell->linked && cell->value.accepts(*number) &&
+        (signal || settable(name))) {
         cell->value.set_number(*number);
         return;
     }
-    const bool signal = cell && cell->kind == Cell::Kind::signal;
     const Finished halcmd = programs_.halcmd({signal ? "sets" : "setp", name, text});
     if (halcmd.status != 0) throw std::runtime_error(sentence(halcmd.output));
-    settable_.insert(name);
+    settable_.insert(name);  // of a user-space program, perhaps, that has made it since
+}
+
+bool Control::settable(const std::string& name) {
+    if (settable_at_ != modules_.changes()) settable_.clear();
+    settable_at_ = modules_.changes();
+    const unsigned long now = programs_.halcmds_begun() + modules_.changes();
+    if (settable_.count(name) == 0 && listed_at_ != now) list_settable();
+    listed_at_ = now;
+    return settable_.count(name) > 0;
+}
+
+void Control::list_settable() {
+    // One line a pin or parameter: owner, type, direction, value, name.
+    std::istringstream table(programs_.halcmd({"-s", "show"}).output);
+    for (std::string line; std::getline(table, line);) {
+        std::istringstream words(line);
+        std::string owner, type, direction, value, name;
+        words >> owner >> type >> direction >> value >> name;
+        if (direction == "IN" || direction == "I/O" || direction == "RW") settable_.insert(name);
+    }
 }
 
 void Control::run(Server::Connection from, const Request& request) {

@@ -75,6 +75,9 @@ private:
     Json programs();
 
     void set_value(const std::string& name, const Json& value);
+    // Whether it is an input, or a parameter that can be written.
+    bool settable(const std::string& name);
+    void list_settable();
     void make_replayable(const std::string& name, bool override_writer);
     std::string signal_of(const std::string& pin);
     std::string writer_of(const std::string& signal);
@@ -103,8 +106,9 @@ private:
     std::optional<PrivateFiles> files_;
     std::optional<Server::Connection> runner_;  // the connection that waits for the end of the run
     std::chrono::steady_clock::time_point last_progress_;
-    std::set<std::string> settable_;  // names that halcmd has let the host set
-    unsigned long settable_at_ = 0;   // state of HAL for which that holds
+    std::set<std::string> settable_;  // inputs, and parameters that can be written, as halcmd lists them
+    unsigned long settable_at_ = 0;   // changes of modules, for which that holds
+    unsigned long listed_at_ = 0;     // commands and changes of modules, when it was listed
     bool realtime_ = false;           // LinuxCNC 2.10 asks whether it is started, which a host always is
     bool end_ = false;
     bool end_by_signal_ = false;

@@ -47,7 +47,7 @@ struct Binding : testing::Test {
 
     std::string refusal(const std::string& line) {
         try {
-            bench.command(line);
+            bench.client().command(line);
         } catch (const std::runtime_error& error) {
             return error.what();
         }

@@ -251,7 +251,6 @@ const std::map<std::string, double>& undisturbed(const Live& live) {
 Complaints about_poison(const Live& live, const hal::Declarations& declared, const std::string& input) {
     const std::map<std::string, double>& expected_outputs = undisturbed(live);  // first: one host at a time
     Bench bench(Bench::Thread::none, with_specimens());
-    client::Client& client = bench.client();
     live.start(bench);
     const std::string& instance = live.parts[0].instance;
     const std::string pin = instance + "." + input;
@@ -265,7 +264,8 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
     const double own = bench.get(pin);
     for (const hal::PinInfo& output : declared.pins)
         if (output.output && output.type == hal::Type::real && wired.count(instance + "." + output.name))
-            client.expect("finite " + output.name, "finite(x)", {{"x", instance + "." + output.name}});
+            bench.client().expect("finite " + output.name, "finite(x)",
+                                  {{"x", instance + "." + output.name}});
     for (const Moving& each : movings) {
         std::ostringstream bound;
         bound.precision(17);
@@ -273,7 +273,7 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
         if (!each.guest.empty()) variables = {{"g", each.guest}, {"c", each.counts}, {"s", each.scale}};
         bound << (each.guest.empty() ? "abs(x_rate)" : "c_rate == 0 || abs(c_rate * s - g_rate) - 1000 * s")
               << " <= " << bench.get(each.max_rate) * (1 + 1e-6) + 1e-12;
-        client.expect("rate of " + each.output, bound.str(), variables);
+        bench.client().expect("rate of " + each.output, bound.str(), variables);
     }
 
     const std::vector<double> poisons =
@@ -291,13 +291,13 @@ Complaints about_poison(const Live& live, const hal::Declarations& declared, con
         for (const double poison : poisons) {
             if (!signal.empty()) bench.command("unlinkp " + pin);
             bench.set(pin, poison);
-            client.run(client::seconds(poison_time));
+            bench.client().run(client::seconds(poison_time));
             bench.set(pin, own);
             if (!signal.empty()) bench.command("net " + signal + " " + pin);
-            client.run(client::seconds(poison_time));
+            bench.client().run(client::seconds(poison_time));
         }
-    client.run(client::seconds(live.recovery - (bench.time() - end)));
-    for (const client::Violation& violation : client.violations())
+    bench.client().run(client::seconds(live.recovery - (bench.time() - end)));
+    for (const client::Violation& violation : bench.client().violations())
         result.push_back(violation.id + ": " + std::to_string(violation.count) + " periods");
     for (const auto& [output, expected] : expected_outputs) {
         const double found = bench.get(output);

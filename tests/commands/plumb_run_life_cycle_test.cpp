@@ -49,7 +49,7 @@ void write_program(const std::string& name, const std::string& text) {
 void write_subjects() {
     std::filesystem::create_directory(work);
     std::filesystem::permissions(work, std::filesystem::perms::all);
-    write_program("screen", "#!/bin/sh\ntouch ready\necho ready\nwhile [ ! -e end ]; do sleep 0.2; done\n");
+    write_program("screen", "#!/bin/sh\ntouch ready\necho begun\nwhile [ ! -e end ]; do sleep 0.2; done\n");
     std::filesystem::create_symlink("/bin/sleep", work / "component");
     std::ofstream(work / "wait.hal") << R"(
 loadrt threads name1=servo-thread period1=1000000
@@ -143,7 +143,7 @@ Outcome run_until(Ending ending, Subject subject, Role role) {
     const auto words = plumb_run(role, subject == Subject::halrun
                                            ? std::vector<std::string>{"halrun", "-f", "wait.hal"}
                                            : std::vector<std::string>{"linuxcnc", "-r", "machine.ini"});
-    if (ending == Ending::control_c) return run_on_terminal(words, work, "ready", "\x03");
+    if (ending == Ending::control_c) return run_on_terminal(words, work, "begun", "\x03");
     return run_program(words, work, [&](pid_t keeper) {
         await_ready();
         if (ending == Ending::sigterm)

@@ -43,16 +43,16 @@ struct ClientOfHost : testing::Test {
     client::Client& client = bench.client();
 
     ClientOfHost() {
-        bench.command("loadrt lowpass names=it");
-        bench.command("addf it servo-thread");
+        client.command("loadrt lowpass names=it");
+        client.command("addf it servo-thread");
         bench.set("it.gain", 1);
     }
 };
 
 TEST_F(ClientOfHost, ValuesOfEveryTypeGoThereAndBack) {
-    bench.command("loadrt not names=not");
-    bench.command("loadrt conv_s32_u32 names=s32");
-    bench.command("loadrt conv_u32_s32 names=u32");
+    client.command("loadrt not names=not");
+    client.command("loadrt conv_s32_u32 names=s32");
+    client.command("loadrt conv_u32_s32 names=u32");
     bench.set("not.in", 1);
     bench.set("s32.in", -2147483648.0);
     bench.set("u32.in", 4294967295.0);
@@ -79,7 +79,7 @@ TEST_F(ClientOfHost, WhatIsNotFiniteGoesThereAndBack) {
 }
 
 TEST_F(ClientOfHost, RefusesWhatHalcmdRefusesAndGivesTheReason) {
-    bench.command("net input it.in");
+    client.command("net input it.in");
     EXPECT_THAT(refusal([&] { bench.set("it.in", 1); }),
                 AllOf(HasSubstr("it.in"), HasSubstr("connected to a signal")));
     EXPECT_THAT(refusal([&] { bench.set("it.out", 1); }), HasSubstr("it.out"));
@@ -90,19 +90,19 @@ TEST_F(ClientOfHost, RefusesWhatHalcmdRefusesAndGivesTheReason) {
 }
 
 TEST_F(ClientOfHost, CommandsFailWithHalcmdsMessage) {
-    EXPECT_THAT(refusal([&] { bench.command("loadrt no_such_module"); }), HasSubstr("no_such_module"));
-    EXPECT_THAT(refusal([&] { bench.command("addf no-such-function servo-thread"); }),
+    EXPECT_THAT(refusal([&] { client.command("loadrt no_such_module"); }), HasSubstr("no_such_module"));
+    EXPECT_THAT(refusal([&] { client.command("addf no-such-function servo-thread"); }),
                 HasSubstr("no-such-function"));
     const Folder folder;
     const auto file = folder.write("wrong.hal", "setp it.gain 1\n\nsetp it.gian 1\n");
     EXPECT_THAT(refusal([&] { bench.source(file); }), AllOf(HasSubstr("wrong.hal:3"), HasSubstr("it.gian")));
     EXPECT_THAT(refusal([&] { bench.source(folder / "none.hal"); }), HasSubstr("none.hal"));
-    EXPECT_THROW(bench.command("setp 'it.gain 1"), std::invalid_argument);
+    EXPECT_THROW(client.command("setp 'it.gain 1"), std::invalid_argument);
 }
 
 TEST_F(ClientOfHost, QuotesKeepWordsTogether) {
     EXPECT_THAT(client.halcmd({"echo"}).output, testing::_);
-    bench.command("loadrt message names=m messages=\"two words\"");
+    client.command("loadrt message names=m messages=\"two words\"");
     EXPECT_EQ(bench.get("m.trigger"), 0);
 }
 
@@ -214,8 +214,8 @@ TEST_F(ClientOfHost, AfterExitEveryCallFails) {
 
 TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
     // Realtime code that prints outside of any halcmd.
-    bench.command("loadrt message names=m messages=\"the spindle is on fire\"");
-    bench.command("addf m servo-thread");
+    client.command("loadrt message names=m messages=\"the spindle is on fire\"");
+    client.command("addf m servo-thread");
     bench.run(0.001);
     bench.set("m.trigger", 1);
     bench.run(0.001);
@@ -238,7 +238,8 @@ TEST_F(ClientOfHost, ADeadHostIsQuotedWithItsLastWords) {
 TEST(ClientStart, FailsWithTheReason) {
     client::Start start;
     start.executable = "/no/such/plumb-host";
-    EXPECT_THAT(refusal([&] { client::Client client(start); }), HasSubstr("cannot start /no/such/plumb-host"));
+    EXPECT_THAT(refusal([&] { client::Client client(start); }),
+                HasSubstr("cannot start /no/such/plumb-host"));
     start.executable = "/bin/false";
     EXPECT_THROW(client::Client client(start), client::HostDied);
     start.executable = "/bin/ls";  // which prints why it does not understand

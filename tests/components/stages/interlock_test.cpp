@@ -147,10 +147,10 @@ struct Machine {
         for (int i = 0; i < functions; ++i) say(numbered("function-state", i));
         for (int i = 0; i < stages; ++i) say(numbered("stage-state", i));
         for (int i = 0; i < services; ++i) {
-            bench.set(numbered("pulse", i) + ".in1", 0);
             bench.command("net " + numbered("beat", i) + " => peers." + numbered("service-heartbeat", i));
             say(numbered("service-state", i));
         }
+        for (int i = 0; i < services; ++i) beat(i, false);
         for (const auto& [pin, value] : pins) set(pin, value);
         bench.command("addf it.update servo-thread");
         step(first_periods);
@@ -684,8 +684,9 @@ TEST(Interlock, AServiceWithoutARowIsAFaultAndIsNotTakenForOk) {
     }
     EXPECT_THROW(bench.get("it.service-ok-2"), std::runtime_error);
     bench.command("stop");
-    bench.command("unloadrt interlock");  // halcmd may take a module that is loaded for one that it has loaded
-    EXPECT_THROW(bench.command("loadrt interlock names=more services=9"), std::runtime_error);
+    bench.command(
+        "unloadrt interlock");  // halcmd may take a module that is loaded for one that it has loaded
+    EXPECT_THROW(bench.client().command("loadrt interlock names=more services=9"), std::runtime_error);
 }
 
 TEST(Interlock, FunctionThatLosesItsServiceGoesOffAndTheOtherOneGoesOn) {

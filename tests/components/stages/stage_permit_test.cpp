@@ -71,7 +71,7 @@ TEST(StagePermit, WithInterlockNoItActsByItself) {
 
 TEST(StagePermit, AnotherAnswerThanYesOrNoIsRefused) {
     Bench bench;
-    EXPECT_THROW(bench.command("loadrt joint_offset names=it interlock=maybe"), std::runtime_error);
+    EXPECT_THROW(bench.client().command("loadrt joint_offset names=it interlock=maybe"), std::runtime_error);
 }
 
 TEST(StagePermit, EachPartOfTheWordActs) {
@@ -165,7 +165,8 @@ TEST(StagePermit, TheStateSaysWhatTheSinglePinsSay) {
         const auto word = static_cast<std::uint32_t>(stage.bench.get("it.state"));
         EXPECT_TRUE(BusWord::fits(word, Party::stage, Direction::to_interlock));
         for (std::size_t bit = 0; bit < 6; ++bit)
-            EXPECT_EQ(BusWord::content(word) >> bit & 1, pins[bit] ? stage.bench.get(std::string("it.") + pins[bit]) : 0)
+            EXPECT_EQ(BusWord::content(word) >> bit & 1,
+                      pins[bit] ? stage.bench.get(std::string("it.") + pins[bit]) : 0)
                 << bit << " " << when;
     };
     stage.bench.run(0.001);
