@@ -19,6 +19,7 @@
 #include <stdexcept>
 
 #include "hal/host/motion_status.hpp"
+#include "hal/host/shared_memory.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
 // gcc has this function, and no header that declares it.
@@ -219,7 +220,8 @@ extern "C" int hal_export_funct(const char* name, void (*function)(void*, long),
                                 int reentrant, int component) {
     auto* const next = reinterpret_cast<decltype(&hal_export_funct)>(dlsym(RTLD_NEXT, "hal_export_funct"));
     if (next == nullptr) return -EINVAL;
-    function = plumb::host::marking_status(name, function);
+    function = plumb::host::marking_status(
+        name, function, [](std::size_t size) { return plumb::host::shared_memory().address_of_size(size); });
     if (!plumb::host::guard_enabled()) return next(name, function, argument, uses_fp, reentrant, component);
     auto& watched = plumb::host::all_watched().emplace_back(plumb::host::Watched{name, function, argument});
     return next(name, plumb::host::call_watched, &watched, uses_fp, reentrant, component);

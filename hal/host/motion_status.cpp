@@ -8,8 +8,6 @@
 #include <cstring>
 #include <utility>
 
-#include "hal/host/shared_memory.hpp"
-
 namespace plumb::host {
 
 namespace {
@@ -28,14 +26,15 @@ struct MemoryWithLock {  // since LinuxCNC 2.9.5
 };
 
 HalFunction command_handler = nullptr;
+HalFunction controller = nullptr;
 emcmot_status_t* status = nullptr;
 bool took_command = false;
 
 // The size identifies the layout. With an unknown layout the status stays unmarked.
-emcmot_status_t* status_of_motion() {
-    if (void* const memory = shared_memory().address_of_size(sizeof(Memory)))
+emcmot_status_t* status_of_motion(SegmentOfSize segment) {
+    if (void* const memory = segment(sizeof(Memory)))
         return &static_cast<Memory*>(memory)->status;
-    if (void* const memory = shared_memory().address_of_size(sizeof(MemoryWithLock)))
+    if (void* const memory = segment(sizeof(MemoryWithLock)))
         return &static_cast<MemoryWithLock*>(memory)->rest.status;
     return nullptr;
 }
@@ -50,14 +49,29 @@ void take_command(void* argument, long period) {
     took_command = true;
 }
 
+// A move that has begun and has not ended. Task must see it: a status older than the move says that all is done.
+bool moving() {
+    return status->depth > 0 || (status->motionFlag & EMCMOT_MOTION_INPOS_BIT) == 0;
+}
+
+// motion-controller counts head up at its beginning, and makes tail equal at its end. Task gives up after three
+// incomplete statuses and goes on with the one before, and the computer may stop the host in this function for
+// longer. So during a move both count up together.
+void show_move(void* argument, long period) {
+    if (moving() && status->head == status->tail)
+        __atomic_store_n(&status->tail, static_cast<unsigned char>(status->head + 1), __ATOMIC_RELEASE);
+    controller(argument, period);
+}
+
 }  // namespace
 
-HalFunction marking_status(const char* name, HalFunction function) {
-    if (std::strcmp(name, "motion-command-handler") != 0) return function;
-    status = status_of_motion();
+HalFunction marking_status(const char* name, HalFunction function, SegmentOfSize segment) {
+    const bool handles = std::strcmp(name, "motion-command-handler") == 0;
+    if (!handles && std::strcmp(name, "motion-controller") != 0) return function;
+    status = status_of_motion(segment);
     if (status == nullptr) return function;
-    command_handler = function;
-    return take_command;
+    (handles ? command_handler : controller) = function;
+    return handles ? take_command : show_move;
 }
 
 bool motion_took_command() {
@@ -70,7 +84,7 @@ bool motion_took_command() {
 
 namespace plumb::host {
 
-HalFunction marking_status(const char*, HalFunction function) {
+HalFunction marking_status(const char*, HalFunction function, SegmentOfSize) {
     return function;
 }
 
