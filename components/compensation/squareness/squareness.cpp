@@ -266,6 +266,7 @@ private:
                                               {!reader_.tool_known(), Fault::tool},
                                               {settings.fault() != Fault::none, settings.fault()},
                                               {tables_.refused(), Fault::tables},
+                                              {result_.singular, Fault::singular},
                                               {!result_.steady, Fault::steep},
                                               {compensated.fault() != Fault::none, compensated.fault()},
                                               {reversal.any_twice(), Fault::twice},

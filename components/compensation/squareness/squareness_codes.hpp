@@ -22,7 +22,8 @@ enum class Fault : std::int32_t {
     contour,
     side,
     twice,
-    learned
+    learned,
+    singular
 };
 constexpr const char* sentence(Fault fault) {
     switch (fault) {
@@ -47,6 +48,9 @@ constexpr const char* sentence(Fault fault) {
         case Fault::tables: return "The tables could not be read again; the former tables stay in force.";
         case Fault::steep:
             return "The tables change too fast with the position; the correction returns to 0.";
+        case Fault::singular:
+            return "The pose of the rotary axes is singular: there X, Y and Z cannot move the tool in each "
+                   "direction; the correction returns to 0.";
         case Fault::speed:
             return "The max-speed is not set: set it to the speed of the fastest axis, "
                    "[TRAJ]MAX_LINEAR_VELOCITY; "

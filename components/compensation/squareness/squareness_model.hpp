@@ -165,7 +165,8 @@ public:
         bool beyond_table = false, beyond_rotary = false;  // a table, one of A, B or C, does not reach here
         Eigen::Matrix4d by_direction = Eigen::Matrix4d::Zero();  // mu, dc/dd of X, Y, Z and U, V or W
         AxisPosition reversal = AxisPosition::Zero();            // mu, part of the wanted offsets by d
-        bool steady = true;  // false: it changes with the position as on no machine, and is invalid
+        bool steady = true;     // false: it changes with the position as on no machine, and is invalid
+        bool singular = false;  // the errors are steady, and the pose of the rotary axes enlarges them
     };
 
     // `millimetres` in a machine unit; tables are in millimetres.
@@ -233,11 +234,11 @@ public:
             const TipCorrection::Share last = share_;
             share_ = shares_ ? correction_.share(*parallel_, q, last.offset) : TipCorrection::Share{};
             c = correction_.at(q, tool_, led_to_, share_);
-            result.steady = c.slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 &&
-                            std::abs(share_.slope) <= 0.5 &&
-                            (!correction_.chain().has_rotary() ||
-                             c.by_rotary.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() * millimetres_ <= 0.5);
+            const bool steady_share = std::abs(share_.slope) <= 0.5;
+            result.steady = steady_share && steady(c.slopes, c.by_rotary);
             if (!result.steady) {
+                result.singular = steady_share && correction_.chain().has_rotary() &&
+                                  steady(c.error_slopes, c.error_by_rotary);
                 led_to_.setZero();
                 share_ = {};
                 return result;
@@ -265,6 +266,12 @@ public:
 private:
     // mm; where errors of the axes bend by 0.002 per mm, 1e-9 of it remains.
     static constexpr double near = 1e-3;
+
+    // Whether a correction, or an error, changes with the position as on a machine.
+    bool steady(const PositionSlopes& slopes, const RotarySlopes& by_rotary) const noexcept {
+        return slopes.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() <= 0.5 &&
+               by_rotary.cwiseAbs().maxCoeff<Eigen::PropagateNaN>() * millimetres_ <= 0.5;
+    }
 
     // By the tilts alone, with a tool along Z, at a place where no two displacements cancel.
     Eigen::Vector3d displacement() noexcept {

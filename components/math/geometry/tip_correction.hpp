@@ -92,6 +92,8 @@ public:
         Eigen::Vector3d error;                                 // mu, of the tip without correction
         PositionSlopes by_direction = PositionSlopes::Zero();  // mu, dc/dd of the directions of motion d
         RotarySlopes by_rotary = RotarySlopes::Zero();         // mu/deg, of A, B and C
+        PositionSlopes error_slopes = PositionSlopes::Zero();  // of the tip, at q + c, without a correction
+        RotarySlopes error_by_rotary = RotarySlopes::Zero();   // mu/deg
     };
 
     // A step of Newton from a guess; for tilts it is exact from any guess. With errors of the axes a term
@@ -110,7 +112,11 @@ public:
         tip.slopes.col(3) *= 1 + share.slope;
         Correction c{guess - inverse * rest, inverse * (ideal.slopes - tip.slopes), error};
         if (chain_.directed()) c.by_direction = -inverse * tip.by_direction;
-        if (chain_.has_rotary()) c.by_rotary = inverse * (ideal.by_rotary - tip.by_rotary);
+        if (chain_.has_rotary()) {
+            c.by_rotary = inverse * (ideal.by_rotary - tip.by_rotary);
+            c.error_slopes = tip.slopes - ideal.slopes;
+            c.error_by_rotary = tip.by_rotary - ideal.by_rotary;
+        }
         return c;
     }
 

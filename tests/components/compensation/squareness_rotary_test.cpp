@@ -185,6 +185,34 @@ TEST(SquarenessRotary, AJumpOfTheAngleIsRamped) {
     EXPECT_FALSE(square.get("ramping"));
 }
 
+TEST(SquarenessRotary, ASingularPoseIsNamed) {
+    // A head A carries Z: at 90 deg Z moves the tool along Y, and nothing moves it upwards.
+    Square square("chain=w-Y.b-X-A-Z-t rotary=A");
+    square.set({{"eb0z", 100 * urad}, {"ea0z", 50 * urad}, {"a-position", 20}});
+    square.go({100, 50, -100, 0});
+    EXPECT_EQ(square.get("fault-code"), 0);
+    EXPECT_NE(square.get("z-correction"), 0);
+    for (const double a : {90.0, 89.999, -90.0}) {
+        square.set("a-position", a);
+        square.run(0.5);
+        EXPECT_EQ(square.get("fault-code"), 15) << a;
+        EXPECT_EQ(square.get("z-correction"), 0) << a;
+    }
+    square.set("a-position", 20);
+    square.run(0.5);
+    EXPECT_EQ(square.get("fault-code"), 0);
+}
+
+// The tool is 8 m long: a turn of 0.09 mrad per mm of travel moves the tip by 0.72 mm per mm.
+TEST(SquarenessRotary, ErrorsThatChangeTooFastAreNoSingularPose) {
+    const Folder folder;
+    Square square("chain=w-A-Y.b-X-Z-t rotary=A table=" +
+                  folder.write("x.csv", closed("X,EBX\n0,0\n50,0.0045\n100,0.009\n")).string());
+    square.set_tool({0, 0, -8000});
+    square.go({50, 0, 0, 0});
+    EXPECT_EQ(square.get("fault-code"), 9);
+}
+
 TEST(SquarenessRotary, WrongOnesAreRefused) {
     const Folder folder;
     Bench bench(Bench::Thread::none);
