@@ -95,7 +95,7 @@ class Volume(unittest.TestCase):
             ("position,up1 (s),down1\n100,0,1\n", "line 1: column 'up1 (s)' is neither a length nor an angle"),
             ("# mill 7\nposition,up1,left1\n100,0,1\n", "line 2: column 'left1' is none of position, up1"),
             (head + "100,0,0.0001,0.3,0.3001\n", "position 100 mm: the directions differ by 0.3 mm, more than 0.2 mm"),
-            (head + "0,0,0.0001,0.01,0.0101\n20,0,0.0001,0.07,0.0701\n", "position 20 mm: from -0.005 to -0.035 mm within 20 mm is too steep"),
+            (head + "0,0,0.0001,0.01,0.0101\n0.1,0,0.0001,0.07,0.0701\n", "position 0.1 mm: from -0.005 to -0.035 mm within 0.1 mm is too steep"),
         ):
             self.write("odd.csv", text)
             self.assertIn("odd.csv: " + reason, self.refused("reversal", "odd.csv", "--axis", "X", "--output", "x.csv"))
@@ -133,6 +133,23 @@ class Volume(unittest.TestCase):
         # Within its uncertainty the sign is open.
         self.write("small.csv", "position,up1,up2,down1,down2\n0,0.0001,0,0,0.0001\n100,0,0.0002,0,0.0001\n")
         self.run_volume("reversal", "small.csv", "--axis", "X")
+
+    def test_reversal_along_a_short_stage_is_no_slope(self):
+        """The play of 35 um is taken up within the first half millimetre of 8 mm; the mean changes by 3 um within one."""
+        rows = ((0, 0, 0), (0.5, 0, 0.035), (1.5, 0.003, 0.038), (4, 0.001, 0.036), (7.5, 0, 0.035), (8, 0.035, 0.035))
+        self.write("stage.csv", "position,up1,up2,down1,down2\n" + "".join("%g,%g,%g,%g,%g\n" % (x, up, up + 2e-4, down, down + 2e-4) for x, up, down in rows))
+        for options in ((), ("--scale", "--scale-u", "1um/m")):
+            self.assertIn("from 0.00 um to 35.00 um along the travel", self.run_volume("reversal", "stage.csv", "--axis", "X", "--output", "x.csv", *options))
+        with plumb.Host() as host:
+            for line in ("loadrt threads name1=t period1=1000000", "loadrt squareness names=square interlock=no chain=w-X.b-Y-Z-t table=" + os.path.join(self.folder, "x.csv"), "addf square.update t", "start"):
+                host.command(line)
+            for name, value in (("max-speed", 1e5), ("enable", True), ("all-homed", True), ("x-position", 7)):
+                host.set("square." + name, value)
+            host.run(0.2)
+            host.set("square.x-position", 4)
+            host.run(0.3)
+            self.assertAlmostEqual(host.get("square.x-correction"), -0.0361, 4)
+            self.assertFalse(host.get("square.fault"))
 
     def test_places_in_the_columns_of_readings_are_refused(self):
         self.write("places.csv", "position,up1,up2,down1,down2\n0,0,0.0001,0.01,0.0101\n100,100.003,100.0031,100.012,100.0121\n")

@@ -75,7 +75,8 @@ inline std::string misfit(const DirectionRows& rows, std::size_t i, std::size_t 
                    decimal(error_table_file::largest[error]) + unit;
         if (i == 0) continue;
         const double from = rows[i - 1].*way, step = rows[i].position - rows[i - 1].position;
-        if (!(std::abs(value - from) <= error_table_file::steepest[error] * step))
+        const double difference = rows[i].up - rows[i].down, before = rows[i - 1].up - rows[i - 1].down;
+        if (error_table_file::too_steep(error, value - from, step, difference - before))
             return "from " + decimal(from) + " to " + decimal(value) + unit + " within " + decimal(step) +
                    " mm is too steep";
     }

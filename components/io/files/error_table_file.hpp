@@ -68,6 +68,19 @@ constexpr double steepest[] = {1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4};  // mm/mm, r
 constexpr double most_half[] = {0.1, 0.1, 0.1, 1e-3, 1e-3, 1e-3};    // mm, rad; of a difference by direction
 constexpr std::size_t most_rows = 4096;
 
+// Whether an error changes too much from one row to the next, `step` mm or deg further. A screw repeats its
+// error with each turn: rows within a turn may differ by as much as rows a turn apart. Where an axis takes up
+// its play, one direction changes and the other one does not: the change of their difference, `played`, is no
+// slope of the axis. The cubics of a table are at most three times as steep as its rows, and squareness
+// follows a slope of 0.5.
+inline bool too_steep(std::size_t error, double change, double step, double played) {
+    constexpr double turn = 20;  // mm, of a screw
+    const double most = error < 3
+                            ? std::min(steepest[error] * std::max(step, turn) + std::abs(played), step / 6)
+                            : steepest[error] * step;
+    return !(std::abs(change) <= most);
+}
+
 inline std::vector<std::string> error_names(char axis) {
     std::vector<std::string> names;
     for (const char* error : {"EX", "EY", "EZ", "EA", "EB", "EC"})
@@ -411,11 +424,20 @@ private:
         for (std::size_t i = 0; i < columns_.size(); ++i) {
             if (columns_[i].is_position) continue;
             const double from = before[i], to = row[i];
-            if (std::abs(to - from) > steepest[columns_[i].error] * step)
+            if (too_steep(columns_[i].error, to - from, step, difference(row, i) - difference(before, i)))
                 refuse(i, "from " + decimal(from) + " to " + decimal(to) + " within " + decimal(step) +
                               (is_rotary(axis_) ? " deg" : " mm") + " is too steep; is it in" +
                               unit(columns_[i]) + '?');
         }
+    }
+
+    // Of both directions of this column's error in a row; 0 if it has one column.
+    double difference(const std::vector<double>& row, std::size_t column) const {
+        double result = 0;
+        for (std::size_t i = 0; i < columns_.size(); ++i)
+            if (!columns_[i].is_position && columns_[i].error == columns_[column].error)
+                result += columns_[i].direction * row[i];
+        return result;
     }
 
     double number(std::size_t column, std::string_view field) const {

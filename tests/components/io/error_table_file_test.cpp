@@ -148,8 +148,14 @@ TEST(ErrorTableFile, RefusesColumnsOfDirectionWithTheirReason) {
          "line 1: 'X+,EXX+,EXX-' names no axis: a header comes first, such as X,EXX,EYX"},
         {"X,EXX+,EXX-\n0,0.11,-0.1\n900,0,0\n",
          "line 2: column EXX+: 0.11 and -0.1 in EXX- differ by more than 0.2 mm"},
-        {"X,EXX+,EXX-\n0,0,0\n9,0,0.05\n",
-         "line 3: column EXX-: from 0 to 0.05 within 9 mm is too steep; is it in mm?"},
+        {"X,EXX+,EXX-\n0,0,0\n9,0.05,0.05\n",
+         "line 3: column EXX+: from 0 to 0.05 within 9 mm is too steep; is it in mm?"},
+        {"X,EXX+,EXX-\n0,0,0\n9,0.03,0.06\n",
+         "line 3: column EXX-: from 0 to 0.06 within 9 mm is too steep; is it in mm?"},
+        {"X,EXX+,EXX-\n0,0,0\n0.5,0,0.09\n",
+         "line 3: column EXX-: from 0 to 0.09 within 0.5 mm is too steep; is it in mm?"},
+        {"X,EBX+,EBX-\n0,0,0\n1,0,2e-4\n",
+         "line 3: column EBX-: from 0 to 0.0002 within 1 mm is too steep; is it in rad?"},
     };
     for (const auto& [text, sentence] : cases) EXPECT_EQ(refusal(text), "/a.csv: " + sentence) << text;
 }
@@ -176,12 +182,29 @@ TEST(ErrorTableFile, RefusesARowWithItsReason) {
         {"0,0,0", "column X: 0 is not beyond 0 by at least 0.001 mm"},
         {"-5,0,0", "column X: -5 is not beyond 0 by at least 0.001 mm"},
         {"0.0009,0,0", "column X: 0.0009 is not beyond 0 by at least 0.001 mm"},
-        {"5,0.006,0", "column EXX: from 0 to 0.006 within 5 mm is too steep; is it in mm?"},
+        {"5,0.021,0", "column EXX: from 0 to 0.021 within 5 mm is too steep; is it in mm?"},
         {"5,0,-6e-4", "column EAX: from 0 to -0.0006 within 5 mm is too steep; is it in rad?"},
     };
     for (const auto& [row, words] : cases)
         EXPECT_EQ(refusal("X,EXX,EAX\n0,0,0\n" + row + "\n9,0,0\n"), "/a.csv: line 3: " + words);
-    EXPECT_EQ(refusal(closed("X,EXX,EAX\n0,0,0\n5,0.005,-5e-4\n10,0,0\n")), "accepted");
+    EXPECT_EQ(refusal("X,EXX\n0,0\n40,0.041\n"),
+              "/a.csv: line 3: column EXX: from 0 to 0.041 within 40 mm is too steep; is it in mm?");
+    EXPECT_EQ(refusal(closed("X,EXX,EAX\n0,0,0\n5,0.02,-5e-4\n10,0,0\n")), "accepted");
+}
+
+// The play is taken up where the axis turns, at both ends of a stage of 8 mm.
+TEST(ErrorTableFile, ReversalIsNoSlope) {
+    const std::string stage =
+        "X,EXX+,EXX-\n0,0.017,0.017\n0.5,-0.018,0.018\n4,-0.014,0.021\n7.5,-0.017,0.018\n"
+        "8,-0.016,-0.016\n";
+    EXPECT_EQ(refusal(closed(stage)), "accepted");
+    const DirectedErrorTable table = tables_of({{"a.csv", closed(stage)}}).at('X');
+    double steepest = 0;
+    for (double x = 0; x <= 8; x += 0.01)
+        for (const double d : {-1.0, 1.0})
+            steepest = std::max(steepest, std::abs(table.at(x, d).at.slopes[0]));
+    EXPECT_GT(steepest, 0.05);
+    EXPECT_LT(steepest, 0.5) << "the largest slope that squareness follows";
 }
 
 // The file of a copy that broke off, or of a program that is still writing.
