@@ -28,7 +28,14 @@ def of_sources():
         with open(path, encoding="utf-8") as file:
             for match in CALL.finditer(file.read()):
                 found[ast.literal_eval("(%s)" % match[1])] = os.path.basename(path)
-    return found
+    return {**found, **of_error_list()}
+
+
+def of_error_list():
+    """How each kind of error is measured, as plumb volume says it."""
+    with open(os.path.join(ROOT, "components", "commissioning", "error_list.hpp"), encoding="utf-8") as file:
+        hows = re.search(r"hows\[\] = \{(.*?)\};", file.read(), re.S)[1]
+    return dict.fromkeys(re.findall(r'"([^"]*)"', hows), "error_list.hpp")
 
 
 def of_declarations(build):

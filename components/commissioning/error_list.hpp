@@ -53,18 +53,18 @@ struct ErrorLine {
                                                 "bending",     "drift"};
         return words[static_cast<std::size_t>(kind)];
     }
-    // How an unknown error becomes a measured one.
+    // How an unknown error becomes a measured one. The panel shows these texts, too (scripts/panel_texts.py).
     const char* how() const {
         static constexpr const char* hows[] = {
-            "square and indicator, or diagonals of a part: plumb squareness",
+            "square and indicator, or diagonals of a part: plumb squareness or the page Measure and set up",
             "laser or gauge blocks: plumb volume import",
             "straightedge and indicator: plumb volume straightedge",
             "level or autocollimator: a table with this column and its u",
             "indicator, from both sides: plumb volume reversal",
             "the same place five times: plumb volume reversal",
-            "straightedge or level at both ends of the other axis: --assume",
-            "thermometer: # temperature in each table, and --temperature",
-            "square, cold and warm: a line of --assume",
+            "straightedge or level at both ends of the other axis: --assume or [SQUARENESS]ASSUME",
+            "thermometer: # temperature in each table, and --temperature or axis_growth",
+            "square, cold and warm: --assume or [SQUARENESS]ASSUME",
             "measure again, or state # drift in the table",
         };
         return hows[static_cast<std::size_t>(kind)];
@@ -132,7 +132,7 @@ public:
 
     // A table of at most 100 columns; lines that differ in the name alone are one.
     std::string text() const {
-        constexpr std::size_t width = 66, left = 34;
+        constexpr std::size_t width = 64, left = 36;
         std::string result = "Errors of this machine   u          by\n";
         for (std::size_t i = 0; i < lines_.size();) {
             const ErrorLine& its = lines_[i];

@@ -468,7 +468,7 @@ class Volume(unittest.TestCase):
 
     def test_an_error_that_was_never_measured_is_unknown_and_no_zero(self):
         output = " ".join(self.run_volume(*self.COLUMN, "--tilt", "EC0Y=-80urad").split())
-        self.assertIn("After correction: U is unknown, for nothing was measured. 30 of 30 errors are unknown, the first of them XY. To measure XY: square and indicator", output)
+        self.assertIn("After correction: U is unknown, for no error has an uncertainty. 30 of 30 errors are unknown, the first of them XY. To measure XY: square and indicator", output)
         self.assertIn("XY unknown EC0Y, without u; measure by: square and indicator", output)
         self.write("x.csv", "X,EXX+,EXX-\n0,0,0\n800,0,0.001\n# end, 2 rows\n")
         tilt = ("--tilt", "EC0Y=1urad,u=1urad,date=2026-11-20,by=square")
@@ -477,7 +477,7 @@ class Volume(unittest.TestCase):
         self.assertIn("29 of 30 errors are unknown, the first of them XZ. To measure XZ:", output)
         self.assertNotRegex(output, r"\b0\.0+ um|\+- 0\b")
         found = self.errors(*tilt, "--table", "x.csv")
-        self.assertEqual(found["XY"], ("measured", 1e-6, "EC0Y square, 2026-11-20"))
+        self.assertEqual(found["XY"], ("measured", 1e-6, "EC0Y (square, 2026-11-20)"))
         self.assertEqual(found["EXX"], ("unknown", None, "x.csv, no date, without u"))
         self.assertEqual(found["lost motion X"], ("unknown", None, "x.csv, no date, without u"))
         self.assertEqual(sum(its[0] == "unknown" for its in found.values()), 29)
@@ -720,7 +720,7 @@ class Volume(unittest.TestCase):
         self.write("x.csv", "# date: 20.11.2026\n# u: EXX 0.0005\n# drift: EXX 2e-6\nX,EXX\n0,0\n800,0\n# end, 2 rows\n")
         self.assertIn("has the date '20.11.2026', which is none as 2026-11-20: its age is unknown", " ".join(self.run_volume(*self.COLUMN, "--table", "x.csv").split()))
         bare = " ".join(self.run_volume(*self.COLUMN).split())
-        self.assertIn("U is unknown, for nothing was measured.", bare)
+        self.assertIn("U is unknown, for no error has an uncertainty.", bare)
         self.assertNotIn("-0.00", bare)
         self.assertIn("--box: 'X=0:0' has no form", self.refused("uncertainty", "--chain", "w-X.b-Y-Z-t", "--box", "X=0:0,Y=0:1,Z=0:1"))
 

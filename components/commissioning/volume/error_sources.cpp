@@ -253,7 +253,7 @@ void state_corners(const std::vector<GivenTilt>& given, VolumeQuestion& q) {
                 axis != static_cast<std::size_t>(coordinate(b)))
                 continue;
             if (opening_of_tilt(q.measured.chain, axis, rotation, a, b) == 0) continue;
-            by += (by.empty() ? "" : ", ") + tilt.name + (tilt.by.empty() ? "" : " " + tilt.by);
+            by += (by.empty() ? "" : ", ") + tilt.name + (tilt.by.empty() ? "" : " (" + tilt.by + ')');
             bool certain = false;
             for (const UncertaintySource& source : q.measured.sources)
                 for (const UncertaintySource::Angle& angle : source.angles)

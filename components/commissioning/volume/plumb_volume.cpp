@@ -694,7 +694,7 @@ void print_diagonals(const std::vector<DiagonalState>& all, bool known) {
 // The line of the whole. It states no 0: a part that is known to remain and rounds to 0 is left out.
 std::string after_correction(double rest, const PlaceUncertainty& worst, bool known, const std::string& at,
                              const std::vector<Share>& shares) {
-    if (!(worst.U > 0)) return "After correction: U is unknown, for nothing was measured.";
+    if (!(worst.U > 0)) return "After correction: U is unknown, for no error has an uncertainty.";
     std::string text = "After correction: ";
     if (rest >= 0.05e-3) text += formatted("%.1f um are known and stay, ", rest * 1000);
     text += (known ? "+- " : "at least +- ") +
@@ -782,7 +782,7 @@ int uncertainty(const VolumeOptions& its) {
                                cell(one.U).c_str(), cell(one.by_axis[0]).c_str(),
                                cell(one.by_axis[1]).c_str(), cell(one.by_axis[2]).c_str());
     }
-    std::cout << "\nShares of the worst place\n";
+    if (!r.shares.empty()) std::cout << "\nShares of the worst place\n";
     for (const Share& share : r.shares)
         if (share.part >= 0.005)
             std::cout << formatted("  %-28s%4.0f %%\n", share.name.c_str(), 100 * share.part);

@@ -103,7 +103,7 @@ class VolumePage(EntryPage):
                  "length": number(round(its["over"] / 1000, 2), 3)}
         notes = ["\u25b2 " + volume_state.note_in_words(note) for note in its["notes"]]
         if its["U"] is None:
-            text = _("After correction: U is unknown, for nothing was measured.")
+            text = _("After correction: U is unknown, for no error has an uncertainty.")
         else:
             words = _("After correction at least \u00b1 {U} \u00b5m over {length} m, worst at {at} with {tool}.") if its["at_least"] else _("After correction \u00b1 {U} \u00b5m over {length} m, worst at {at} with {tool}.")
             text = words.format(U=two_digits(its["U"] * 1000), **place)

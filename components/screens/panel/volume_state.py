@@ -137,7 +137,7 @@ NOTES = {
 }
 
 
-# By the kind of an error in the list of plumb volume: its name, and how it is measured.
+# By the kind of an error in the list of plumb volume: its name.
 KINDS = {
     "corner": "corner {axes}",  # for gettext: _("corner {axes}")
     "lost-motion": "lost motion {axes}",  # for gettext: _("lost motion {axes}")
@@ -147,22 +147,11 @@ KINDS = {
     "bending": "bending by temperature",  # for gettext: _("bending by temperature")
     "drift": "drift of {axes}",  # for gettext: _("drift of {axes}")
 }
-HOWS = {
-    "corner": "square and indicator, or diagonals of a part: Measure and set up",  # for gettext: _("square and indicator, or diagonals of a part: Measure and set up")
-    "scale": "laser or gauge blocks: plumb volume import",  # for gettext: _("laser or gauge blocks: plumb volume import")
-    "straightness": "straightedge and indicator: plumb volume straightedge",  # for gettext: _("straightedge and indicator: plumb volume straightedge")
-    "angle": "level or autocollimator: a table with this column and its u",  # for gettext: _("level or autocollimator: a table with this column and its u")
-    "lost-motion": "indicator, from both sides: plumb volume reversal",  # for gettext: _("indicator, from both sides: plumb volume reversal")
-    "repeatability": "the same place five times: plumb volume reversal",  # for gettext: _("the same place five times: plumb volume reversal")
-    "second-axis": "straightedge or level at both ends of the other axis: [SQUARENESS]ASSUME",  # for gettext: _("straightedge or level at both ends of the other axis: [SQUARENESS]ASSUME")
-    "growth": "thermometer: # temperature in each table, and axis_growth",  # for gettext: _("thermometer: # temperature in each table, and axis_growth")
-    "bending": "square, cold and warm: [SQUARENESS]ASSUME",  # for gettext: _("square, cold and warm: [SQUARENESS]ASSUME")
-    "drift": "measure again, or state # drift in the table",  # for gettext: _("measure again, or state # drift in the table")
-}
 
 
 def errors_in_words(errors):
-    """The list of errors: (name, figure, source or how to measure) of each; errors that differ in the name alone are one."""
+    """The list of errors: (name, figure, source or how to measure) of each; errors that differ in the name alone are one. plumb volume
+    says how an error is measured."""
     found = []
     for its in errors:
         last = its["name"].split()[-1]
@@ -174,10 +163,10 @@ def errors_in_words(errors):
     rows = []
     for (kind, state, u, by), names in found:
         name = _(KINDS.get(kind, "{axes}")).format(axes=" ".join(names))
-        unit = next(its["unit"] for its in errors if its["kind"] == kind)
+        unit, how = next((its["unit"], its["how"]) for its in errors if its["kind"] == kind)
         figure = _("unknown") if u is None else "%s %s" % (texts.number(float("%.3g" % (u * (1e3 if unit == "mm" else 1e6)))), {"mm": "\u00b5m", "rad": "\u00b5rad", "1": "\u00b5m/m"}[unit])
         words = {"unknown": _("{by}; measure: {how}") if by else _("measure: {how}"), "assumed": _("assumed: {by}"), "measured": _("measured: {by}")}[state]
-        rows.append((name, figure, words.format(how=_(HOWS[kind]), by=by)))
+        rows.append((name, figure, words.format(how=_(how), by=by)))
     return rows
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import unittest
 
+import panel_texts
 from tree import BUILD, ROOT
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
@@ -119,8 +120,10 @@ class Shown(unittest.TestCase):
         for kind in volume_state.NOTES:
             note = {"kind": kind, "of": "EXX", "first": 20, "second": 26}
             self.assertNotEqual(volume_state.note_in_words(note), volume_state.NOTES[kind].format(**note), kind)
-        for kind, how in volume_state.HOWS.items():
-            self.assertNotEqual(texts._(how), how, kind)
+        hows = panel_texts.of_error_list()
+        self.assertEqual(len(hows), 10)
+        for how in hows:
+            self.assertNotEqual(texts._(how), how)
         section = dict(zip(("section-0-kind", "section-0-from", "section-0-to", "section-0-ratio"), (chopping_orders.BOTH, -20.0, -5.0, 0.5)))
         self.assertIn("in beiden Richtungen", chopping_orders.section_in_words(Instance(section), {}, 0))
 
@@ -131,12 +134,11 @@ class Shown(unittest.TestCase):
         done = subprocess.run([os.path.join(BUILD, "bin", "plumb-volume"), "uncertainty", "--json", *chain, "--tilt", "EC0Y=1urad,u=2urad,by=square"], capture_output=True, text=True, check=True)
         errors = json.loads(done.stdout)["errors"]
         rows = volume_state.errors_in_words(errors)
-        self.assertEqual(rows[0], ("corner XY", "2 \u00b5rad", "measured: EC0Y square"))
+        self.assertEqual(rows[0], ("corner XY", "2 \u00b5rad", "measured: EC0Y (square)"))
         self.assertEqual(rows[1][:2], ("corner XZ YZ", "unknown"))
-        self.assertEqual(volume_state.errors_in_words([{**errors[1], "by": "EB0X, without u"}])[0][2], "EB0X, without u; measure: square and indicator, or diagonals of a part: Measure and set up")
+        self.assertEqual(volume_state.errors_in_words([{**errors[1], "by": "EB0X, without u"}])[0][2], "EB0X, without u; measure: square and indicator, or diagonals of a part: plumb squareness or the page Measure and set up")
         self.assertIn(("lost motion X Y Z", "unknown", "measure: indicator, from both sides: plumb volume reversal"), rows)
-        self.assertLessEqual({its["kind"] for its in errors}, set(volume_state.HOWS))
-        self.assertEqual({its["kind"]: its["how"].partition(":")[0] for its in errors}, {kind: how.partition(":")[0] for kind, how in volume_state.HOWS.items() if kind != "drift"})
+        self.assertLessEqual({its["how"] for its in errors}, set(panel_texts.of_error_list()))
 
 
 class Rotary(unittest.TestCase):
