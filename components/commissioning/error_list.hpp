@@ -42,7 +42,10 @@ struct ErrorLine {
     bool is_like(const ErrorLine& its) const {
         return its.kind == kind && its.state == state && its.u == u && its.by == by;
     }
-    bool is_angle() const { return kind == Kind::corner || kind == Kind::angle || kind == Kind::bending; }
+    bool is_angle() const {
+        return kind == Kind::corner || kind == Kind::angle || kind == Kind::bending ||
+               (kind == Kind::drift && name.find_first_of("ABC") != std::string::npos);  // drift EC0Y
+    }
     const char* unit() const { return kind == Kind::growth ? "um/m" : is_angle() ? "urad" : "um"; }
     double in_unit() const { return u * (is_angle() || kind == Kind::growth ? 1e6 : 1e3); }
 

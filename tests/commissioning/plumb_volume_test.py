@@ -574,6 +574,9 @@ class Volume(unittest.TestCase):
         tilt = self.sure_of("--tilt", "EC0Y=1urad,u=1urad,drift=4urad,date=2024-01-01", "--today", "2026-01-01")
         self.assertAlmostEqual(tilt["U"], 2 * 0.0006 * math.hypot(1, 4 * 731 / 365.25), delta=2e-4)
         self.assertEqual(tilt["notes"][0]["first"], 731)
+        line = next(its for its in tilt["errors"] if its["name"] == "drift EC0Y")
+        self.assertEqual((line["unit"], line["by"]), ("rad", "--tilt, 731 days"))
+        self.assertAlmostEqual(line["u"], 4e-6 * 731 / 365.25)
 
     def test_tables_have_the_date_of_their_measurement(self):
         self.write("x.comp", "0 0 0.01\n800 0 0.01\n")

@@ -352,9 +352,10 @@ VolumeQuestion question_of(const VolumeOptions& options) {
             q.notes.push_back({"age-unknown", name, UncertainTable{}.valid_for, 0,
                                "The age of " + name + " is unknown, and counts as a year."});
         if (drift > 0) {
-            const double u_drift = drift * (age ? *age / year : 1);
+            const double days = age.value_or(UncertainTable{}.valid_for), u_drift = drift * days / year;
             aging.push_back({"drift " + name, {{its->axis, its->rotation, u_drift}}, {}});
-            ErrorList::set(q.list.line(Kind::drift, "drift " + name), State::measured, u_drift, "--tilt");
+            ErrorList::set(q.list.line(Kind::drift, "drift " + name), State::measured, u_drift,
+                           "--tilt, " + csv::decimal(days) + " days");
         }
     }
     for (const std::string& text : options.commons) {

@@ -155,15 +155,14 @@ def errors_in_words(errors):
     found = []
     for its in errors:
         last = its["name"].split()[-1]
-        key = its["kind"], its["state"], its["u"], its["by"]
+        key = tuple(its[word] for word in ("kind", "state", "u", "unit", "by", "how"))
         if found and found[-1][0] == key:
             found[-1][1].append(last)
         else:
             found.append((key, [last]))
     rows = []
-    for (kind, state, u, by), names in found:
+    for (kind, state, u, unit, by, how), names in found:
         name = _(KINDS.get(kind, "{axes}")).format(axes=" ".join(names))
-        unit, how = next((its["unit"], its["how"]) for its in errors if its["kind"] == kind)
         figure = _("unknown") if u is None else "%s %s" % (texts.number(float("%.3g" % (u * (1e3 if unit == "mm" else 1e6)))), {"mm": "\u00b5m", "rad": "\u00b5rad", "1": "\u00b5m/m"}[unit])
         words = {"unknown": _("{by}; measure: {how}") if by else _("measure: {how}"), "assumed": _("assumed: {by}"), "measured": _("measured: {by}")}[state]
         rows.append((name, figure, words.format(how=_(how), by=by)))

@@ -138,6 +138,9 @@ class Shown(unittest.TestCase):
         self.assertEqual(rows[1][:2], ("corner XZ YZ", "unknown"))
         self.assertEqual(volume_state.errors_in_words([{**errors[1], "by": "EB0X, without u"}])[0][2], "EB0X, without u; measure: square and indicator, or diagonals of a part: plumb squareness or the page Measure and set up")
         self.assertIn(("lost motion X Y Z", "unknown", "measure: indicator, from both sides: plumb volume reversal"), rows)
+        drift = {"kind": "drift", "state": "measured", "by": "x.csv", "how": ""}
+        rows = volume_state.errors_in_words([{**drift, "name": "drift EXX", "u": 0.002, "unit": "mm"}, {**drift, "name": "drift EC0Y", "u": 4e-6, "unit": "rad"}])
+        self.assertEqual([its[1] for its in rows], ["2 \u00b5m", "4 \u00b5rad"])
         self.assertLessEqual({its["how"] for its in errors}, set(panel_texts.of_error_list()))
 
 
