@@ -3,12 +3,14 @@
 
 import os
 import sys
+import types
 import unittest
 
 from tree import BUILD, own_folder
 
 sys.path.insert(0, os.path.join(BUILD, "share", "plumb"))
 from commissioning import pictures  # noqa: E402
+from commissioning.functions import squareness, thermal_displacement  # noqa: E402
 from commissioning.judging import judge, judge_press  # noqa: E402
 from commissioning.records import Records, changes, findings  # noqa: E402
 from panel.texts import VERSION  # noqa: E402
@@ -33,6 +35,18 @@ class Judging(unittest.TestCase):
                 self.assertIn(words, verdict.sentence)
                 for word in ("diameter", "radius", *(("backlash",) if kind in ("load", "temperature") else ())):
                     self.assertNotIn(word, verdict.sentence + verdict.remedy)
+
+    def test_the_steps_of_an_angle_and_of_a_load_name_its_mistakes(self):
+        move = types.SimpleNamespace(letter="Y", direction="X", start=(0, None, 0), travel=300, expected=-0.024, tilts=lambda _: {"ec0y": -0.024}, names=lambda _: "ec0y", look=lambda _: (0, None, 0))
+        pins = {"load": 3.0, "load-valid": True, "spindle-speed-cmd": 3000}
+        rig = types.SimpleNamespace(unit=1, get=lambda _instance, name: pins[name], sleep=lambda _: pins.update(load=300.0))
+        session = types.SimpleNamespace(rig=rig, tolerance=TOLERANCE, function=types.SimpleNamespace(instance=types.SimpleNamespace(full=str)))
+        step = squareness.WithoutIt(session, move)
+        self.assertTrue(step.finish({"read": 0.024}).passed)
+        self.assertIn("the angle that is set is twice the real one", step.finish({"read": 0.012}).sentence)
+        step = thermal_displacement.Load(session)
+        step.begin()
+        self.assertIn("10 V is taken for 1 V", step.finish({"shown": 30.0}).sentence)
 
     def test_too_little_shows_at_a_larger_press(self):
         self.assertEqual(judge(0.010, 0.010 / 25.4, TOLERANCE).fault, "nothing")
