@@ -50,8 +50,9 @@ def kept_uncertainty(folder):
     try:
         with open(os.path.join(folder, FILE), encoding="ascii") as file:
             kept = json.load(file)
-        return {"angles": dict(kept["angles"]), "causes": list(kept["causes"])}
-    except (OSError, ValueError, KeyError, TypeError):  # none, or cut off
+        angles_of_then = {name: {"angle": float(its["angle"]), "date": str(its["date"]), "by": str(its.get("by", ""))} for name, its in kept["angles"].items()}
+        return {"angles": angles_of_then, "causes": [{name: float(factor) for name, factor in cause.items()} for cause in kept["causes"] if cause]}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # none, or cut off
         return {"angles": {}, "causes": []}
 
 
@@ -78,7 +79,7 @@ def of_angles(folder, instance, values):
         measured = kept["angles"].get(name)
         if measured and abs(measured["angle"] - angle) < 1e-9:
             known.add(name)
-            options += ["--tilt", "%s=%rrad,u=0rad,date=%s,by=%s" % (name, float(angle), measured["date"], measured.get("by", "").replace(",", " and"))]
+            options += ["--tilt", "%s=%rrad,u=0rad,date=%s,by=%s" % (name, float(angle), measured["date"], measured["by"].replace(",", " and"))]
         elif angle:
             options += ["--tilt", "%s=%rrad" % (name, float(angle))]
     for number, cause in enumerate(kept["causes"], 1):

@@ -74,7 +74,7 @@ class Asked(unittest.TestCase):
         self.assertIn("measurement 1,EC0Y=1.0,u=4e-06rad", given)
         volume_state.keep_uncertainty(self.folder, {"deviations": [{"EC0X": 1e-6}], "settled": [{"name": "EC0X", "angle": 3e-5}]})
         self.assertEqual(volume_state.kept_uncertainty(self.folder)["causes"], [{"EC0Y": 4e-6}, {"EC0X": 1e-6}])
-        for cut in ("{", "{}", '{"angles": 3, "causes": []}', "[]"):
+        for cut in ("{", "{}", '{"angles": 3, "causes": []}', "[]", '{"angles": {"EC0Y": {"angle": -8e-5}}, "causes": []}', '{"angles": {"EC0Y": 1}, "causes": []}', '{"angles": {}, "causes": [3]}'):
             with open(os.path.join(self.folder, volume_state.FILE), "w") as file:
                 file.write(cut)
             self.assertEqual(volume_state.kept_uncertainty(self.folder), {"angles": {}, "causes": []})
