@@ -493,7 +493,9 @@ class Volume(unittest.TestCase):
         one = json.loads(self.run_volume(*gantry, "--tilt", "EC0Y=9urad,u=0urad", "--tilt", "EC0X=5urad,u=0urad", "--common", "square,EC0Y=1,EC0X=1,u=3urad"))["errors"][0]
         self.assertEqual((one["name"], one["state"]), ("XY", "measured"))
         self.assertAlmostEqual(one["u"], 3e-6, 12)  # EC0X turns Y with it: the corner opens by EC0Y alone
-        self.assertEqual(self.errors("--tilt", "EB0Y=3urad,u=1urad")["XZ"][0], "unknown")  # carries Z, and is no tilt of X or Z
+        # W carries Z, and is neither X nor Z.
+        rail = json.loads(self.run_volume("uncertainty", "--chain", "w-X.b-Y-W-Z-t", "--box", "X=0:800,Y=0:600,Z=-500:0,W=300", *self.COLUMN[5:], "--tilt", "EB0W=3urad,u=1urad", "--json"))
+        self.assertEqual([(its["name"], its["state"]) for its in rail["errors"]][1], ("XZ", "unknown"))
 
     SHEET = "error,u,source\nEYX,3um,maker's sheet, page 4\nsecond axis,2um,level at both ends of Z\nbending,5urad/K,maker's sheet\n"
 
