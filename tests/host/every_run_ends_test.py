@@ -32,13 +32,13 @@ class EveryRunEnds(unittest.TestCase):
             file.write(text)
         return path
 
-    def ended(self, *words, ask=None):
-        """Exit status and output of plumb; the signal `ask` comes once it has been quiet for a while."""
+    def ended(self, *words, ask=None, once=None):
+        """Exit status and output of plumb; the signal `ask` comes once the file `once` is there."""
         begun = subprocess.Popen([PLUMB, *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         with begun:
             try:
                 if ask is not None:
-                    time.sleep(2)
+                    self.await_file(once, begun)
                     begun.send_signal(ask)
                 output = begun.communicate(timeout=PATIENCE)[0]
             except BaseException:
@@ -46,11 +46,23 @@ class EveryRunEnds(unittest.TestCase):
                 raise
         return begun.returncode, output
 
+    def await_file(self, path, program):
+        limit = time.monotonic() + PATIENCE
+        while not os.path.exists(path):
+            self.assertIsNone(program.poll(), "plumb ended before its run began")
+            self.assertLess(time.monotonic(), limit, "the run does not begin")
+            time.sleep(0.01)
+
     def test_a_function_that_never_returns_ends_a_bench_and_is_named(self):
         file = self.write(BUSY + "setp two.hold 1e9\n")
         for ask in (None, signal.SIGTERM):
             with self.subTest(ask=ask):
-                status, output = self.ended("bench", file, "--for", "1h", "--modules", SPECIMENS, ask=ask)
+                # The run begins with its recording: a signal during the loading ends plumb at once.
+                record = os.path.join(self.folder, f"{ask}.csv")
+                recording = ("--record", "two.hold", "--every", "1ms", "--output", record)
+                status, output = self.ended(
+                    "bench", file, "--for", "1h", "--modules", SPECIMENS, *recording, ask=ask, once=record
+                )
                 self.assertEqual(status, 1, output)
                 self.assertIn("plumb-host: two.update has not returned for 5 s: the run ends", output)
 
