@@ -27,7 +27,7 @@ public:
     ~Scheduler();
     Scheduler(const Scheduler&) = delete;
 
-    // Creates a paused task. The stack has at least `stack_size` bytes, never less than 1 MiB, and a guard
+    // Creates a paused task. The stack has at least `stack_size` bytes, never less than 8 MiB, and a guard
     // page. Returns its id (from 0), or a negative errno: -EINVAL (priority out of range), -ENOSPC, -ENOMEM.
     int create(Code code, void* argument, int priority, unsigned long stack_size);
 
@@ -84,6 +84,14 @@ public:
     // Runs each task that is due at time() for one period, in order of priority and id.
     void run_due();
 
+    // Ends a period, and advances to the next release. Returns false if the run does not go on.
+    using Turn = bool (*)(void* argument);
+
+    // Runs what is due, and takes a turn, until a turn returns false. A task that runs alone takes the turn
+    // on its own stack, in its wait: to change stacks twice costs more than all else of an empty period.
+    // C code waits there, so a turn must not throw.
+    void run(Turn turn, void* argument);
+
 private:
     struct Task;
     struct Slot;  // data of a release: compact, since a period must cost next to nothing
@@ -101,6 +109,9 @@ private:
     Nanoseconds since_time_ = 0;
     unsigned readings_ = 0;
     Nanoseconds next_release_ = never;
+    Turn turn_ = nullptr;  // of the run that is under way
+    void* turn_argument_ = nullptr;
+    bool over_ = false;  // the last turn returned false
 };
 
 // The one scheduler of this process: rtapi is a C interface without a handle. Each period asks for it some

@@ -43,37 +43,60 @@ Nanoseconds Timeline::next_instant() const {
 }
 
 bool Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
-    using Clock = std::chrono::steady_clock;
-    constexpr int releases_between_looks = 64;  // a look at the real clock costs as much as a release
-    const auto give_up = Clock::now() + patience;
+    give_up_ = Clock::now() + patience;
+    limit_ = limit;
+    releases_ = 0;
+    row_ = next_row();
+    took_command_ = false;
+    failure_ = nullptr;
     const Watchdog watchdog;
+    if (turn_to_release())
+        scheduler().run([](void* self) { return static_cast<Timeline*>(self)->turn(); }, this);
+    if (failure_) std::rethrow_exception(failure_);
+    return took_command_;
+}
+
+bool Timeline::turn() noexcept try {
+    work_in_background();
+    if (!expectations_.empty()) expectations_.check(scheduler().time());
+    return end_instant() && turn_to_release();
+} catch (...) {
+    failure_ = std::current_exception();
+    return false;
+}
+
+bool Timeline::turn_to_release() {
+    constexpr int releases_between_looks = 64;  // a look at the real clock costs as much as a release
     Scheduler& tasks = scheduler();
-    const bool expecting = !expectations_.empty();
-    Nanoseconds row = next_row();
-    for (int releases = 0; running_; ++releases) {
-        if (releases == releases_between_looks) {
-            if (Clock::now() >= give_up) return false;
-            releases = 0;
+    for (; running_; ++releases_) {
+        if (releases_ == releases_between_looks) {
+            if (Clock::now() >= give_up_) return false;
+            releases_ = 0;
         }
-        const Nanoseconds instant = std::min({tasks.next_release(), row, target_});
-        if (instant > limit || instant == never) return false;
+        const Nanoseconds instant = std::min({tasks.next_release(), row_, target_});
+        if (instant > limit_ || instant == never) return false;
         tasks.advance(instant);
         if (tasks.next_release() == instant) {
             if (replayer_) apply_replay(instant);
-            tasks.run_due();
-            work_in_background();
-            if (expecting) expectations_.check(instant);
+            ++releases_;
+            return true;
         }
-        if (row == instant) {
-            try_to([&](Recorder& recorder) {
-                if (recorder.next_row() == instant) recorder.write_row();
-            });
-            row = next_row();
-        }
-        if (instant == target_) finish();
-        if (motion_took_command()) return true;
+        if (!end_instant()) return false;
     }
     return false;
+}
+
+bool Timeline::end_instant() {
+    const Nanoseconds instant = scheduler().time();
+    if (row_ == instant) {
+        try_to([&](Recorder& recorder) {
+            if (recorder.next_row() == instant) recorder.write_row();
+        });
+        row_ = next_row();
+    }
+    if (instant == target_) finish();
+    took_command_ = motion_took_command();
+    return !took_command_;
 }
 
 void Timeline::apply_replay(Nanoseconds instant) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <chrono>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -69,6 +70,11 @@ public:
     Expectations& expectations() { return expectations_; }
 
 private:
+    using Clock = std::chrono::steady_clock;
+
+    bool turn() noexcept;    // from the end of a period to the next release: whether it goes on
+    bool turn_to_release();  // past the instants that are no release
+    bool end_instant();      // whether it goes on
     void finish();
     void try_to(const std::function<void(Recorder&)>& write);
     void end_recording(const std::string& id);
@@ -79,6 +85,14 @@ private:
     bool ended_by_replay_ = false;
     Nanoseconds began_ = 0;
     Nanoseconds target_ = 0;
+    // Of go_on():
+    Clock::time_point give_up_;
+    Nanoseconds limit_ = never;
+    int releases_ = 0;
+    Nanoseconds row_ = never;
+    bool took_command_ = false;
+    std::exception_ptr failure_;
+
     std::map<std::string, std::unique_ptr<Recorder>> recorders_;
     std::map<std::string, std::string>
         ended_recordings_;  // before they were stopped, and why they are not complete

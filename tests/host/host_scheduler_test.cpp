@@ -103,6 +103,49 @@ TEST(HostScheduler, ATaskKeepsItsStackFromPeriodToPeriod) {
     EXPECT_EQ(scheduler().remove(id), 0);
 }
 
+TEST(HostScheduler, ATaskTakesTheSameTurnsAloneAsBesideAnother) {
+    struct Run {
+        std::vector<Nanoseconds> turns = {};
+        static bool turn(void* self) {
+            auto& turns = static_cast<Run*>(self)->turns;
+            EXPECT_LT(scheduler().running(), 0);
+            turns.push_back(scheduler().time());
+            scheduler().advance(scheduler().next_release());
+            return turns.size() % 3 != 0;
+        }
+    };
+    std::vector<Nanoseconds> periods;
+    Task task(50, [&] {
+        EXPECT_EQ(scheduler().running(), task.id());
+        periods.push_back(scheduler().time());
+        scheduler().count_reading();
+        EXPECT_EQ(scheduler().readings(), 1U);
+    });
+    Task other(40, [] {});
+    for (const bool alone : {true, false}) {
+        SCOPED_TRACE(alone);
+        align(10 * ms);
+        const Nanoseconds begin = scheduler().time();
+        ASSERT_EQ(scheduler().start(task.id(), ms), 0);
+        if (!alone) {
+            ASSERT_EQ(scheduler().start(other.id(), ms), 0);
+        }
+        periods.clear();
+        Run run;
+        for (const std::size_t turns : {3U, 6U}) {
+            scheduler().advance(scheduler().next_release());
+            scheduler().run(&Run::turn, &run);
+            EXPECT_EQ(run.turns.size(), turns);
+        }
+        std::vector<Nanoseconds> expected;
+        for (int i = 1; i <= 6; ++i) expected.push_back(begin + i * ms);
+        EXPECT_EQ(run.turns, expected);
+        EXPECT_EQ(periods, expected);
+        scheduler().pause(task.id());
+        scheduler().pause(other.id());
+    }
+}
+
 TEST(HostScheduler, ATaskHasAMebibyteOfStackForAnyRequest) {
     bool done = false;
     Task task(50, [&] {
