@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -100,9 +101,9 @@ double in_seconds(Time time) {
     return std::chrono::duration<double>(time).count();
 }
 
-std::string joined(const std::vector<std::string>& words) {
+std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ") {
     std::string result;
-    for (const std::string& word : words) result += (result.empty() ? "" : ", ") + word;
+    for (const std::string& word : words) result += (result.empty() ? "" : separator) + word;
     return result;
 }
 
@@ -137,16 +138,61 @@ bool any_function(const std::string& threads) {
 }
 
 // halcmd says file and line of what it does not like.
-void load(Client& host, const BenchOptions& options) {
+void load(Client& host, const std::vector<std::string>& command, const std::string& what) {
+    const Halcmd result = host.halcmd(command);
+    std::cerr << result.output << std::flush;
+    if (result.status != 0)
+        throw std::runtime_error(what + " was not loaded: halcmd ended with status " +
+                                 std::to_string(result.status));
+}
+
+void load_files(Client& host, const BenchOptions& options) {
     for (const std::string& file : options.files) {
         std::vector<std::string> arguments{"-f", file};
         if (!options.ini.empty()) arguments.insert(arguments.begin(), {"-i", options.ini});
-        const Halcmd result = host.halcmd(arguments);
-        std::cerr << result.output << std::flush;
-        if (result.status != 0)
-            throw std::runtime_error(file + " was not loaded: halcmd ended with status " +
-                                     std::to_string(result.status));
+        load(host, arguments, file);
     }
+}
+
+// Changes into a folder for as long as it lives.
+class Inside {
+public:
+    explicit Inside(const std::string& folder) : before_(std::filesystem::current_path()) {
+        std::filesystem::current_path(folder);
+    }
+    ~Inside() {
+        std::error_code gone;
+        std::filesystem::current_path(before_, gone);
+    }
+    Inside(const Inside&) = delete;
+
+private:
+    std::filesystem::path before_;
+};
+
+// The host of a whole machine: the host and the programs that it starts have the folder and the variables
+// that LinuxCNC's script gives them.
+std::unique_ptr<Client> host_of(const IniMachine& machine, Start start) {
+    for (const auto& [name, value] : machine.environment) setenv(name.c_str(), value.c_str(), 1);
+    for (std::string& folder : start.modules) folder = std::filesystem::absolute(folder);
+    start.models = machine.models;
+    const Inside inside(machine.folder);
+    auto host = std::make_unique<Client>(start);
+    for (const std::vector<std::string>& command : machine.commands)
+        load(*host, command, joined(command, " "));
+    return host;
+}
+
+bool has_joints(Client& host) try {
+    host.read("motion.motion-enabled");
+    return true;
+} catch (const HostDied&) {
+    throw;
+} catch (const std::runtime_error&) {
+    return false;
+}
+
+void prepare(Client& host, const BenchOptions& options) {
     const std::string threads = host.halcmd({"-s", "show", "thread"}).output;
     if (threads.find_first_not_of(" \n") == std::string::npos)
         throw std::runtime_error(
@@ -154,6 +200,9 @@ void load(Client& host, const BenchOptions& options) {
             "(for instance: loadrt threads name1=servo-thread period1=1000000)");
     if (!any_function(threads))
         std::cerr << "note: no function was added to a thread (addf), so no component will do anything\n";
+    if (has_joints(host))
+        std::cerr
+            << "note: joints stand: no task (a bench has none; plumb run -- linuxcnc FILE.ini has one)\n";
     host.command("start");
     for (const auto& [name, value] : options.settings) {
         require_known(host, name, "--set");
@@ -249,11 +298,17 @@ CLI::Option* add_time(CLI::App& command, const std::string& name, Assign assign,
 // Declares the arguments of the command, which are parsed into `options`.
 void declare_bench(CLI::App& command, BenchOptions& options) {
     command
-        .add_option("FILE.hal", options.files, "The .hal files, loaded in this order by LinuxCNC's halcmd.")
-        ->required()
+        .add_option(
+            "FILE.hal", options.files,
+            "The .hal files, loaded in this order by LinuxCNC's halcmd. Without one, --ini loads a whole "
+            "machine.")
         ->check(host::existing_file())
         ->type_name("");
-    command.add_option("--ini", options.ini, "INI file whose values the .hal files use as [SECTION]NAME.")
+    command
+        .add_option(
+            "--ini", options.ini,
+            "INI file whose values the .hal files use as [SECTION]NAME. Without FILE.hal: the machine to "
+            "load.")
         ->check(host::existing_file())
         ->type_name("FILE.ini");
     CLI::Option* const duration = add_time(
@@ -362,6 +417,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
         "the "
         "default, with a note.");
     command.final_callback([duration, replay, &options] {
+        if (options.files.empty() && options.ini.empty()) throw CLI::RequiredError("--ini or FILE.hal");
         if (!duration->count() && !replay->count()) throw CLI::RequiredError("--for");
         std::set<std::string> recorded;
         for (const std::string& name : options.record)
@@ -377,7 +433,7 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
 hal::CommandPage bench_page() {
     return {
         "plumb-bench",
-        "FILE.hal... --for TIME [options]",
+        "{FILE.hal... | --ini FILE.ini} --for TIME [options]",
         {{"DESCRIPTION",
           R"(plumb bench loads .hal files with LinuxCNC's own halcmd and simulates their realtime threads faster than the
 clock. HAL, its threads and the modules are the real ones; only the time is virtual. Each function gets the nominal period,
@@ -406,6 +462,14 @@ You can use + - * / ^, brackets, and functions such as abs, min, max, sqrt, sin,
 
 Expressions that cannot fail or would change a value are refused: a number alone, {NAME} = 5 (write ==), a comma outside
 a function, and 0 < {NAME} < 5 (write 0 < {NAME} && {NAME} < 5).)"},
+         {"A WHOLE MACHINE",
+          R"(With --ini and no FILE.hal, the bench loads the realtime side of the machine as LinuxCNC's script linuxcnc does:
+tpmod and homemod or their [TRAJ]TPMOD and [EMCMOT]HOMEMOD, each [HAL]HALFILE in order, .hal and .tcl, also from LIB:, or all
+of them with TWOPASS, then each [HAL]HALCMD. They run in the folder of the INI file, with HALLIB_DIR, INI_FILE_NAME and the
+other variables of the script. #INCLUDE lines are followed.
+
+A bench has no task, io or halui. Their pins iocontrol.0.* and halui.* are there, and rest, so motion is never enabled; a
+note says that joints stand. POSTGUI_HALFILE is not loaded: there is no screen.)"},
          {"MODELS",
           R"(With --models, drivers whose hardware is not here are models; plumb-run(1) says what they do. Joints need the INI
 file, by --ini.)"},
@@ -417,6 +481,10 @@ for a wrong command line; 130 after Ctrl-C.)"},
 
   plumb bench filter.hal --for 4h \
     --record filter.in,filter.out --every 1s --output filter.csv
+
+The HAL of a whole machine, without its hardware:
+
+  plumb bench --ini my.ini --models --for 1min --expect 'finite({joint.0.motor-pos-cmd})'
 
 An hour that passes a test, or reports the first failure:
 
@@ -441,13 +509,20 @@ int bench(const BenchOptions& options) {
     start.module_options = options.module_options;
     start.namespaces = options.namespaces;
     start.show_output = true;
-    if (options.models) {
-        std::vector<std::string> files = options.files;
-        if (!options.ini.empty()) files.insert(files.begin(), options.ini);
-        start.models = models_of(files);
+    std::unique_ptr<Client> owned;
+    if (options.files.empty()) {
+        owned = host_of(machine_of(options.ini, options.models), start);
+    } else {
+        if (options.models) {
+            std::vector<std::string> files = options.files;
+            if (!options.ini.empty()) files.insert(files.begin(), options.ini);
+            start.models = models_of(files);
+        }
+        owned = std::make_unique<Client>(start);
+        load_files(*owned, options);
     }
-    Client host(start);
-    load(host, options);
+    Client& host = *owned;
+    prepare(host, options);
     std::vector<std::string> programs = host.programs();
 
     Time duration = options.duration.value_or(Time::max());

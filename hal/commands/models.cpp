@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "hal/client/client.hpp"
@@ -33,21 +34,14 @@ fs::path folder_of(const std::vector<std::string>& files) {
     return root / "plumb" / "models" / std::to_string(std::hash<std::string>()(all));
 }
 
-}  // namespace
-
-std::string models_of(const std::vector<std::string>& words) {
-    std::vector<std::string> files;
-    for (const std::string& word : words) {
-        const fs::path path(word);
-        if ((path.extension() == ".ini" || path.extension() == ".hal") && fs::is_regular_file(path))
-            files.push_back(word);
-    }
-    if (files.empty())
-        throw std::runtime_error("--models needs an INI file or a HAL file on the command line");
+// The line that a program of the models prints for a machine of these files; the program writes what it has
+// to say to the user on standard error.
+std::string line_of(const char* program, const std::vector<std::string>& files, bool with_models = false) {
     const fs::path prefix = fs::path(client::find_host()).parent_path().parent_path();
-    std::vector<std::string> command{
-        "/usr/bin/python3", prefix / "share" / "plumb" / "models" / "write_models.py", folder_of(files)};
+    std::vector<std::string> command{"/usr/bin/python3", prefix / "share" / "plumb" / "models" / program,
+                                     folder_of(files)};
     command.insert(command.end(), files.begin(), files.end());
+    if (with_models) command.push_back("--models");
     std::vector<char*> argv;
     for (std::string& word : command) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -72,10 +66,29 @@ std::string models_of(const std::vector<std::string>& words) {
     if (failed != 0) throw std::runtime_error(std::string("cannot start python3: ") + std::strerror(failed));
     int status = 0;
     while (waitpid(process, &status, 0) < 0 && errno == EINTR) continue;
-    if (status != 0 || list.empty())
-        throw std::runtime_error("the models of the drivers could not be written");
+    if (status != 0 || list.empty()) throw std::runtime_error("the machine could not be read: see above");
     list.pop_back();
     return list;
+}
+
+}  // namespace
+
+std::string models_of(const std::vector<std::string>& words) {
+    std::vector<std::string> files;
+    for (const std::string& word : words) {
+        const fs::path path(word);
+        if ((path.extension() == ".ini" || path.extension() == ".hal") && fs::is_regular_file(path))
+            files.push_back(word);
+    }
+    if (files.empty())
+        throw std::runtime_error("--models needs an INI file or a HAL file on the command line");
+    return line_of("write_models.py", files);
+}
+
+IniMachine machine_of(const std::string& ini, bool models) {
+    const auto read = nlohmann::json::parse(line_of("ini_machine.py", {ini}, models));
+    return {read.at("ini"), read.at("folder"), read.at("environment"), read.at("commands"),
+            read.at("models")};
 }
 
 }  // namespace plumb::commands

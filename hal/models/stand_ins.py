@@ -75,7 +75,7 @@ class StandIns:
 
         return hal_text.VALUE.sub(value, re.sub(r"\\\n", " ", text))
 
-    def _pins(self, prefix):
+    def pins_behind(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
         for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
@@ -146,7 +146,7 @@ class StandIns:
             described += heads
             pins, functions = {}, []
             for head in heads:
-                pins.update({head + "." + name: kind for name, kind in self._pins(head).items()})
+                pins.update({head + "." + name: kind for name, kind in self.pins_behind(head).items()})
                 added = sorted(set(re.findall(r"^\s*(?:hal\s+)?addf\s+(%s(?:\.\S+)?)(?=\s)" % re.escape(head), self.all, re.M)))
                 functions += [name for name in added if name not in functions]  # parport.0.read is one of parport, too
             self.described[module] = list(pins)
@@ -175,7 +175,7 @@ class StandIns:
             self.programs.append(name)
             self.pages.append((re.escape(name) + r"\.", page_of(os.path.basename(program))))
             file = of_program(self.files, os.path.basename(program))
-            self._describe(name, {**self._pins(name), **(file.program_pins if file else {})}, file.follow if file else {})
+            self._describe(name, {**self.pins_behind(name), **(file.program_pins if file else {})}, file.follow if file else {})
             self._cover(name, program)
         for file in self.files:
             name = file.programs.pattern

@@ -25,8 +25,9 @@ class Ini:
     def __init__(self, path=None):
         self.path, self.values = path, {}
         self.folder = os.path.dirname(os.path.abspath(path or "."))
+        self.lines = list(self._lines(path)) if path else []
         section = ""
-        for line in self._lines(path) if path else ():
+        for line in self.lines:
             found = re.match(r"\s*\[(\w+)\]", line)
             value = re.match(r"\s*(\w+)\s*=\s*(.*?)\s*$", line)
             if found:
@@ -40,7 +41,11 @@ class Ini:
         for line in text.splitlines():
             included = re.match(r"#INCLUDE\s+(\S+)", line)
             if included:
-                yield from self._lines(os.path.join(self.folder, os.path.expanduser(included[1])))
+                file = os.path.join(self.folder, os.path.expanduser(included[1]))
+                if os.access(file, os.R_OK):
+                    yield from self._lines(file)
+                else:  # LinuxCNC goes on as well
+                    print("note: %s: #INCLUDE %s: the file cannot be read" % (path, included[1]), file=sys.stderr)
             else:
                 yield line
 
@@ -55,6 +60,7 @@ class Place:
     """A folder of the run, where the list and the programs go."""
 
     def __init__(self, folder):
+        shutil.rmtree(folder, ignore_errors=True)
         self.folder, self.read, self.covers = folder, set(), []
         self.plumb = shutil.which("plumb", path=os.path.join(PREFIX, "bin")) or "plumb"
 
@@ -90,16 +96,12 @@ class Place:
         return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=10, check=False).stdout
 
 
-def main(folder, files):
-    shutil.rmtree(folder, ignore_errors=True)
-    ini = Ini(next((file for file in files if file.endswith(".ini")), None))
-    hal = [path for file in files if file.endswith(".hal") for path in hal_text.with_sourced(file, os.path.dirname(os.path.abspath(file)))]
-    if ini.path:
-        hal = list(hal_text.halfiles(ini, ini.folder)) + hal
-    elif hal:
-        ini.folder = os.path.dirname(os.path.abspath(hal[0]))
-    place = Place(folder)
-    models = StandIns(place, ini, hal, follows=False)
+def models_of(place, ini, hal):
+    return StandIns(place, ini, hal, follows=False)
+
+
+def show(models):
+    """Prints which drivers and programs are models, and what each leaves out."""
     for module in models.drivers:
         rows = models.models[module]["pins"]
         if rows:
@@ -107,6 +109,17 @@ def main(folder, files):
             print("model: %s has %d pins%s" % (module, len(rows), misses), file=sys.stderr)
     if models.programs:
         print("model: %s" % ", ".join(sorted(models.programs)), file=sys.stderr)
+
+
+def main(folder, files):
+    ini = Ini(next((file for file in files if file.endswith(".ini")), None))
+    hal = [path for file in files if file.endswith(".hal") for path in hal_text.with_sourced(file, os.path.dirname(os.path.abspath(file)))]
+    if ini.path:
+        hal = list(hal_text.halfiles(ini, ini.folder)) + hal
+    elif hal:
+        ini.folder = os.path.dirname(os.path.abspath(hal[0]))
+    models = models_of(Place(folder), ini, hal)
+    show(models)
     print(models.list)
 
 

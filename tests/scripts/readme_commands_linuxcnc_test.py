@@ -257,6 +257,9 @@ printf '[JOINT_0]\\nBACKLASH = 0\\n' > my.ini"""),
         "build/bin/plumb run --speed 10 -- linuxcnc ...": Started("three_axis/three_axis.ini"),
         "build/bin/plumb run --speed 20 -- halrun ...": Run("."),
         "plumb run --models --speed 10 -- linuxcnc my.ini": Tested("tests/host/models_linuxcnc_test.py", '"run", "--models"'),
+        "plumb bench --ini my.ini --models --for 1min --expect 'finite({joint.0.motor-pos-cmd})'": Tested(
+            "tests/commands/plumb_bench_ini_test.py", '"--ini", path, "--models"'
+        ),
         "plumb bench my.hal --models --for 1min": Tested("tests/host/models_linuxcnc_test.py", '"it.hal", "--models"'),
     },
     "scripts/benches/README.md": {
