@@ -10,13 +10,12 @@ import re
 import shutil
 import subprocess
 import unittest
-import zlib
 from html.parser import HTMLParser
 
 import plumb
 from plumb_folder import TemporaryFolder
 from support import growth_days
-from support.growth_tests import add_axis_growth, law_of, results_of, run_test
+from support.growth_tests import add_axis_growth, law_of, lines_of, results_of, run_test, with_checksums
 from tree import BUILD, ROOT, own_folder
 
 PLUMB_GROWTH = os.path.join(BUILD, "bin", "plumb-growth")
@@ -28,15 +27,6 @@ FAULTS = {0: "removes the drift", 1: "does nothing", 2: "wrong sign", 3: "too we
 def growth(*arguments):
     done = subprocess.run([PLUMB_GROWTH, *arguments], capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr
-
-
-def with_checksums(text):
-    """A log of version 1 as one of version 2."""
-    lines, so_far = [], b""
-    for line in text.replace("growth-log,1", "growth-log,2", 1).splitlines():
-        so_far += line.encode("ascii") + b"\n"
-        lines.append("%s,%08x\n" % (line, zlib.crc32(so_far)))
-    return "".join(lines)
 
 
 def is_record(line):
@@ -59,16 +49,16 @@ class Report(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = own_folder(cls)
         cls.log = run_test(cls.folder, 3, truth=True)
-        with open(cls.log, encoding="ascii") as file:
-            cls.text = file.read()
+        cls.text = "\n".join(lines_of(cls.log)) + "\n"
 
     def out(self, name):
         return os.path.join(self.folder, name)
 
     def write(self, name, text):
         path = self.out(name)
+        whole, end, torn = text.rpartition("\n")
         with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
+            file.write(with_checksums(whole.split("\n")) + torn if text.startswith("growth-log,2\n") else text)
         return path
 
     def test_results_agree_with_the_truth_of_the_machine(self):
@@ -262,9 +252,9 @@ class Report(unittest.TestCase):
         cases = [
             ("", "there are no rows in it. The file was read as a table, as it does not begin with 'growth-log,'"),
             ("\n", "there are no rows in it"),
-            (self.text.replace("growth-log,1", "growth-log,3"), ":1: is of version '3'; this plumb reads versions 1 and 2"),
-            (self.text.replace("growth-log,1", "growth-log,2"), ":1: has no checksum"),
-            (with_checksums(self.text).replace("unit,1", "unit,2"), ":4: does not fit its checksum"),
+            (self.text.replace("growth-log,2", "growth-log,1"), ":1: is of version '1'; this plumb reads version 2"),
+            (self.text.replace("\n", "\r\n"), ":1: has no checksum"),
+            (with_checksums(lines).replace("unit,1", "unit,2"), ":4: does not fit its checksum"),
             ("\n".join(lines[:first] + lines[first + 1 :]), ":%d: record" % (first + 1)),
             (self.text + self.text, ":%d: 'growth-log' among the records" % len(lines)),
             (changed(10, "nan"), ":%d: the position is 'nan'" % (first + 1)),
@@ -283,14 +273,6 @@ class Report(unittest.TestCase):
             self.assertIn(reason, error)
             self.assertEqual(output, "")
             self.assertFalse(os.path.exists(self.out("broken-report")))
-
-    def test_a_log_with_checksums_gives_the_same_results_and_one_without_them_a_note(self):
-        note = "The log is of version 1, without checksums: a damaged digit is not noticed."
-        before = results_of(self.log)
-        after = results_of(self.write("checked.csv", with_checksums(self.text)))
-        self.assertIn(note, before["notes"])
-        self.assertEqual([text for text in before["notes"] if text != note], after["notes"])
-        self.assertEqual(before["axes"], after["axes"])
 
     def test_a_break_of_unknown_length_is_noted(self):
         lines = self.text.rstrip("\n").split("\n")
@@ -505,8 +487,7 @@ class Verdicts(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = own_folder(cls)
-        with open(run_test(cls.folder, 3, {"artifact.compensation-fault": 1}), encoding="ascii") as file:
-            cls.text = file.read()
+        cls.text = "\n".join(lines_of(run_test(cls.folder, 3, {"artifact.compensation-fault": 1}))) + "\n"
         (cls.plain,) = cls.read(cls.text)
 
     @classmethod
@@ -515,7 +496,7 @@ class Verdicts(unittest.TestCase):
         names = [os.path.join(cls.folder, "edited-%d.csv" % index) for index in range(len(texts))]
         for name, text in zip(names, texts):
             with open(name, "w", encoding="ascii") as file:
-                file.write(text)
+                file.write(with_checksums(text.splitlines()))
         out = os.path.join(cls.folder, "out")
         status, _, error = growth("report", *names, "--output", out)
         assert (status, error) == (0, ""), error
@@ -658,13 +639,12 @@ class Identify(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = own_folder(cls)
         cls.log = run_test(cls.folder, 11, {"artifact.both-orientations": False})
-        with open(cls.log, encoding="ascii") as file:
-            cls.lines = file.read().rstrip("\n").split("\n")
+        cls.lines = lines_of(cls.log)
 
     def write(self, lines):
         path = os.path.join(self.folder, "changed.csv")
         with open(path, "w", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
+            file.write(with_checksums(lines))
         return path
 
     def test_the_law_of_a_test_removes_the_drift_of_another_day(self):

@@ -157,9 +157,6 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     if (log.artifact && !analysis.expansion.applied)
         analysis.notes.push_back(
             "The expansion of the artifact was not taken out: " + analysis.expansion.why_not + ".");
-    if (!log.checked)
-        analysis.notes.push_back(
-            "The log is of version 1, without checksums: a damaged digit is not noticed.");
     if (log.bores.empty() && !analysis.series.empty())
         analysis.notes.push_back("The places of the bores are not in the log: there is no rigid part.");
     return analysis;

@@ -45,7 +45,6 @@ struct GrowthLog {
     };
 
     std::string file;
-    bool checked = true;  // each line has a checksum
     int number = 0;       // logs of a folder count from 1; 0 for a log without a number
     std::string machine, begun, compensation = "none", warming = "spindle";
     double millimetres = 1;  // in a machine unit
@@ -64,7 +63,7 @@ struct GrowthLog {
 
 namespace growth_log_file {
 
-constexpr int version = 2;  // version 1 had no checksums
+constexpr std::string_view first_line = "growth-log,2";
 constexpr std::size_t most_bytes = 16 << 20;
 constexpr std::array<const char*, 10> event_names{"begin", "pass-begin", "pass-end", "cycle-end",
                                                   "stop",  "resumed",    "rejected", "fault",
@@ -77,7 +76,7 @@ inline std::string text_of(double value) {
 
 // The head of a log, of whole lines without checksums.
 inline std::string head(const GrowthLog& log) {
-    std::string text = "growth-log," + std::to_string(version) + '\n';
+    std::string text = std::string(first_line) + '\n';
     const auto add = [&](const std::string& key, const std::string& value) {
         text += key + ',' + value + '\n';
     };
@@ -114,7 +113,6 @@ constexpr std::size_t identity_bytes = 64;
 inline Identity identity_of(std::string_view text) {
     const bool breaks_off = text.size() < identity_bytes;
     LineChecksums checksums;
-    bool checked = false;
     const auto next = [&]() -> std::optional<std::string_view> {
         const std::size_t end = text.find('\n');
         if (end == std::string_view::npos) return std::nullopt;
@@ -131,13 +129,9 @@ inline Identity identity_of(std::string_view text) {
     };
     const auto first = next();
     if (!first) return {0, !breaks_off};
-    if (*first != "growth-log,1") {
-        if (checksums.checked(*first) != "growth-log,2") return {0, true};
-        checked = true;
-    }
+    if (checksums.checked(*first) != first_line) return {0, true};
     const auto second = next();
     if (!second) return {0, !breaks_off};
-    if (!checked) return {number_in(*second), false};
     const auto content = checksums.checked(*second);
     if (content) return {number_in(*content), false};
     return {number_in(second->substr(0, second->find(',', 4))), true};
@@ -178,21 +172,16 @@ public:
         while (!text.empty()) {
             ++line_;
             const std::size_t end = text.find('\n');
-            if (line_ == 1) log_.checked = text.substr(0, 13) == "growth-log,2,";
+            const std::string_view whole = without_return(text.substr(0, end));
+            if (line_ == 1) first(whole);
             if (end == std::string_view::npos) {
-                if (line_ == 1 && !log_.checked) first(csv::split_at_commas(text));
                 take_torn(text);
                 break;
             }
-            const std::string_view whole = without_return(text.substr(0, end));
             text.remove_prefix(end + 1);
-            if (!log_.checked) {
-                take(whole);
-            } else {
-                const auto content = checksums_.checked(whole);
-                if (!content) refuse_damaged();
-                take(*content);
-            }
+            const auto content = checksums_.checked(whole);
+            if (!content) refuse_damaged();
+            if (line_ > 1) take(*content);
         }
         if (log_.machine.empty()) refuse("has no line 'machine': its head is not complete", false);
         if (log_.records.empty()) refuse("has no record: the test has not begun", false);
@@ -211,7 +200,7 @@ private:
     // damaged.
     void take_torn(std::string_view line) {
         LineChecksums ahead = checksums_;
-        if (log_.checked && ahead.checked(without_return(line.substr(0, line.size() - 1)))) refuse_damaged();
+        if (ahead.checked(without_return(line.substr(0, line.size() - 1)))) refuse_damaged();
         log_.torn = "line " + std::to_string(line_) + " is not complete and was left out";
     }
 
@@ -225,13 +214,13 @@ private:
         throw std::runtime_error(log_.file + (at_line ? ":" + std::to_string(line_) + ": " : ": ") + why);
     }
 
-    void first(const Fields& fields) const {
+    void first(std::string_view line) const {
+        const Fields fields = csv::split_at_commas(line);
         if (fields[0] != "growth-log" || fields.size() < 2)
             refuse("is no growth log: the first line is " + csv::quoted(fields[0]) + ", not 'growth-log,2'");
-        if (!log_.checked && fields[1] == "2")
-            refuse("has no checksum, as a log of version 2 has in each line");
-        if (fields[1] != (log_.checked ? "2" : "1") || fields.size() != 2)
-            refuse("is of version " + csv::quoted(fields[1]) + "; this plumb reads versions 1 and 2");
+        if (fields[1] != "2")
+            refuse("is of version " + csv::quoted(fields[1]) + "; this plumb reads version 2");
+        if (fields.size() != 3) refuse("has no checksum, as a log has in each line");
     }
 
     double number(std::string_view field, const char* what) const {
@@ -254,7 +243,6 @@ private:
 
     void take(std::string_view line) {
         const Fields fields = csv::split_at_commas(line);
-        if (line_ == 1) return first(fields);
         const std::string_view key = fields[0];
         if (key == "touch" || key == "temperature" || key == "event" || key == "speed") return record(fields);
         if (!log_.records.empty())

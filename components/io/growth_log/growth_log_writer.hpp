@@ -80,7 +80,7 @@ public:
                 throw;
             }
         }
-        checksums_.emplace();
+        checksums_ = {};
         try {
             append(growth_log_file::head(head));
         } catch (...) {
@@ -102,15 +102,14 @@ public:
         number_ = log.number;
         const std::string text = file_->read();
         const std::size_t whole = text.rfind('\n') + 1;
-        checksums_.reset();
-        if (log.checked) checksums_ = growth_log_file::checksums_of(text.substr(0, whole), log.file);
+        checksums_ = growth_log_file::checksums_of(text.substr(0, whole), log.file);
         if (whole < text.size() && ftruncate(file_->number(), static_cast<off_t>(whole)) != 0) file_->fail();
     }
 
     // All of the lines or, if it throws, none.
     void append(const std::string& lines) {
-        std::optional<LineChecksums> after = checksums_;
-        const std::string text = after ? after->added(lines) : lines;
+        LineChecksums after = checksums_;
+        const std::string text = after.added(lines);
         const off_t before = file_->state().st_size;
         try {
             std::string_view rest = text;
@@ -176,7 +175,7 @@ private:
     std::optional<hal::RegularFile> file_;
     std::filesystem::path path_;
     int number_ = 0;
-    std::optional<LineChecksums> checksums_;  // none for a log of version 1
+    LineChecksums checksums_;
 };
 
 }  // namespace plumb

@@ -11,7 +11,6 @@ from panel.texts import _
 
 HEAD_BYTES = 64
 NUMBERED = re.compile(rb"(growth-log,2),([0-9a-f]{8})\r?\n(log,(\d{1,7})),([0-9a-f]{8})\r?\n")
-WITHOUT_CHECKSUMS = re.compile(rb"growth-log,1\r?\n(?:log,(\d{1,7})\r?\n)?")
 
 
 def number_of_log(path):
@@ -21,9 +20,6 @@ def number_of_log(path):
             start = file.read(HEAD_BYTES)
     except OSError:
         return 0
-    found = WITHOUT_CHECKSUMS.match(start)
-    if found:
-        return int(found[1] or 0)
     found = NUMBERED.match(start)
     if not found:
         return math.inf if len(start) == HEAD_BYTES else 0

@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import subprocess
+import zlib
 
 from support.simulations import BUILD, ROOT
 
@@ -93,7 +94,7 @@ def read_records(host, folder, period=PERIOD):
 
 
 def log_text(seed, records, sensors, head=()):
-    lines = ["growth-log,1", "machine,simulated %d" % seed, "begun,2026-01-01T08:00:00Z", "unit,1", "ball,6", "table,B"]
+    lines = ["growth-log,2", "machine,simulated %d" % seed, "begun,2026-01-01T08:00:00Z", "unit,1", "ball,6", "table,B"]
     lines += ["tolerance,0.01,0.01,0.015", "warming,spindle", "compensation,by temperatures"]
     lines += ["sensor,%d,%s" % (index + 1, name) for index, name in enumerate(SENSORS) if name in sensors]
     lines += ["bore,%d,%g,%g,%g" % (index + 1, *place) for index, place in enumerate(BORES)]
@@ -116,7 +117,22 @@ def log_text(seed, records, sensors, head=()):
         else:
             values = ",".join("%r" % r[name] for name in ("x", "y", "z", "x-offset", "y-offset", "z-offset"))
             lines.append("touch,%d,%r,%s,%s,%s" % (number, r["time"], where, SIDES[item], values))
-    return "\n".join(lines) + "\n"
+    return with_checksums(lines)
+
+
+def with_checksums(lines):
+    """The text of a log."""
+    text, so_far = "", 0
+    for line in lines:
+        so_far = zlib.crc32(line.encode() + b"\n", so_far)
+        text += "%s,%08x\n" % (line, so_far)
+    return text
+
+
+def lines_of(log):
+    """The lines of a log, without their checksums."""
+    with open(log, encoding="utf-8") as file:
+        return [line.rpartition(",")[0] for line in file.read().splitlines()]
 
 
 def law_of(log, *options):

@@ -62,7 +62,6 @@ TEST(GrowthLogFile, NoFlippedBitIsTaken) {
 TEST(GrowthLogFile, AChecksumIsThatOfZipOverTheLinesSoFar) {
     EXPECT_EQ(LineChecksums().added("growth-log,2\nlog,7\n"), "growth-log,2,9d40ea97\nlog,7,3e3a3d11\n");
     const GrowthLog log = growth_log_file::parse(checked(without_checksums), "/a.csv");
-    EXPECT_TRUE(log.checked);
     EXPECT_EQ(log.number, 7);
     EXPECT_EQ(log.records.size(), 4u);
     EXPECT_EQ(log.records[2].at[2], -137.005);
@@ -82,12 +81,11 @@ TEST(GrowthLogFile, ADamagedLineIsNamedAndTheLinesBeforeItAreWhole) {
     EXPECT_THAT(refusal(without_checksums), HasSubstr("/a.csv:1: has no checksum"));
 }
 
-TEST(GrowthLogFile, ALogOfVersion1HasNoChecksums) {
+TEST(GrowthLogFile, OtherVersionsAreRefused) {
     std::string text = without_checksums;
     text.replace(text.find('2'), 1, "1");
-    EXPECT_FALSE(growth_log_file::parse(text, "/a.csv").checked);
-    EXPECT_EQ(identity_of(text).number, 7);
-    EXPECT_THAT(refusal(checked(text)), HasSubstr("/a.csv:1: is of version"));
+    EXPECT_TRUE(identity_of(text).damaged);
+    EXPECT_THAT(refusal(checked(text)), HasSubstr("/a.csv:1: is of version '1'"));
 }
 
 TEST(GrowthLogFile, NoFlippedBitGivesItAnotherNumber) {
@@ -164,7 +162,7 @@ TEST(GrowthLogWriter, NothingIsResumedWhileTheLastLogIsNotKnown) {
 
 TEST(GrowthLogWriter, ALogWithoutANumberIsTheLastOneOnlyIfItIsTheOnlyOne) {
     const Folder folder;
-    const std::string text = "growth-log,1\nmachine,mill\nevent,1,0,0,0,0,0,0,0,begin,0\n";
+    const std::string text = checked("growth-log,2\nmachine,mill\nevent,1,0,0,0,0,0,0,0,begin,0\n");
     const std::string only = folder.write("growth-20260101-000000.csv", text);
     EXPECT_EQ(GrowthLogWriter(folder.path()).unfinished()->file, only);
     folder.write("growth-20990101-000000.csv", text);
@@ -173,24 +171,20 @@ TEST(GrowthLogWriter, ALogWithoutANumberIsTheLastOneOnlyIfItIsTheOnlyOne) {
     EXPECT_EQ(GrowthLogWriter(folder.path()).unfinished()->file, numbered);
 }
 
-TEST(GrowthLogWriter, AResumedLogStaysOneAndKeepsItsVersion) {
+TEST(GrowthLogWriter, AResumedLogStaysOne) {
     const Folder folder;
     GrowthRecord next = begin_record();
     next.kind = GrowthRecord::speed;
     next.time = 3;
-    folder.write("growth-1.csv", "growth-log,1\nmachine,mill\nevent,1,0,0,0,0,0,0,0,begin,0\n");
-    for (const bool is_old : {true, false}) {
-        if (!is_old) log_in(folder);
-        GrowthLogWriter writer(folder.path());
-        const GrowthLog log = *writer.unfinished();
-        std::ofstream(log.file, std::ios::app) << "touch,2,";
-        writer.resume(log);
-        writer.append(growth_log_file::line(next, 2));
-        const GrowthLog again = read_growth_log(log.file);
-        EXPECT_EQ(again.checked, !is_old);
-        EXPECT_EQ(again.records.size(), 2u);
-        EXPECT_EQ(again.torn, "");
-    }
+    log_in(folder);
+    GrowthLogWriter writer(folder.path());
+    const GrowthLog log = *writer.unfinished();
+    std::ofstream(log.file, std::ios::app) << "touch,2,";
+    writer.resume(log);
+    writer.append(growth_log_file::line(next, 2));
+    const GrowthLog again = read_growth_log(log.file);
+    EXPECT_EQ(again.records.size(), 2u);
+    EXPECT_EQ(again.torn, "");
 }
 
 TEST(GrowthLogWriter, ALogThatWasDamagedSinceItWasReadIsNotResumed) {

@@ -63,15 +63,15 @@ class GrowthLogs(unittest.TestCase):
             so_far += line + b"\n"
             text += line + b",%08x\n" % zlib.crc32(so_far)
         with open(os.path.join(self.folder, name), "wb") as file:
-            file.write(text if lines[0].endswith(b"2") else so_far)
+            file.write(text)
         os.utime(os.path.join(self.folder, name), (time, time))
         return os.path.join(self.folder, name)
 
     def test_it_has_the_highest_number(self):
         self.assertIsNone(growth_logs.last_log(self.folder))
-        self.write("growth-20991231-000000.csv", b"growth-log,1", b"machine,mill", time=4e9)
+        self.write("growth-20991231-000000.csv", b"growth-log,2", b"machine,mill", time=4e9)
         tenth = self.write("growth-19700101-000010.csv", b"growth-log,2", b"log,10", b"machine,mill")
-        self.write("growth-20300101-000000.csv", b"growth-log,1", b"log,9", b"machine,mill", time=3e9)
+        self.write("growth-20300101-000000.csv", b"growth-log,2", b"log,9", b"machine,mill", time=3e9)
         self.write("results.csv", b"time,temperature", b"1,20" * 20, time=4e9)
         self.assertEqual(growth_logs.last_log(self.folder), tenth)
 
