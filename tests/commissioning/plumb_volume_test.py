@@ -376,18 +376,24 @@ class Volume(unittest.TestCase):
     def test_runs_of_an_rtl_that_all_go_the_same_way_show_no_lost_motion(self):
         up = [[(1, 0.1), (2, 1.1), (3, 2.1)], [(1, 0.3), (2, 1.3), (3, 2.3)], [(1, 0.2), (2, 1.2), (3, 2.2)]]
         back = [(3, 0), (2, 0), (1, 0)]
-        expected = ("X,EXX\n0,0.0002\n50,0.0012\n100,0.0022\n", "EXX alone")
+        expected = ("X,EXX\n0,0.0002\n400,0.0012\n800,0.0022\n", "EXX alone")
         for runs in (up, [up[0], back, up[1], back, up[2], back]):
-            self.rtl((0, 50, 100), "0 1 2 0", *runs)
-            output = self.run_volume("import", "--from", "rtl", "z.rtl", "--axis", "X", "--output", "x.csv")
+            self.rtl((0, 400, 800), "0 1 2 0", *runs)
+            taken = ("import", "--from", "rtl", "z.rtl", "--axis", "X", "--output", "x.csv")
+            output = self.run_volume(*taken)
             self.assertIn("All runs go the same way: the lost motion is unknown.", output)
+            self.assertIn("The scale has no uncertainty, so it counts as unknown.", output)
+            self.assertIn("without u", self.errors("--table", "x.csv")["EXX"][2])
+            self.assertNotIn("The scale has no", self.run_volume(*taken, "--scale-u", "0.8um/m"))
+            self.assertIn("# u-common: EXX 8e-07 per X\n", self.read("x.csv"))
             self.assertIn(expected[0], self.read("x.csv"))
             self.assertNotIn("EXX+", self.read("x.csv"))
             u = float(self.read("x.csv").partition("# u: EXX ")[2].split()[0])
             self.assertGreater(u, 0.0001 / math.sqrt(3))  # of the mean of three, widened for few readings
             found = self.errors("--table", "x.csv")
-            self.assertEqual(found["lost motion X"][0], "unknown")
-        self.rtl((0, 50, 100), "0 1 2 0", up[0], [(3, 5), (2, 4), (1, 3)])
+            self.assertEqual((found["EXX"][0], found["lost motion X"][0]), ("measured", "unknown"))
+        self.assertIn("--scale-u is for the scale in an .rtl", self.refused(*taken, "--error", "ECX", "--unit", "urad", "--scale-u", "0.8um/m"))
+        self.rtl((0, 400, 800), "0 1 2 0", up[0], [(3, 5), (2, 4), (1, 3)])
         self.assertIn("z.rtl: line 17: Flags state that all runs go the same way, but run 2 comes back with readings", self.refused("import", "--from", "rtl", "z.rtl", "--axis", "X"))
 
     ISG = "// laser, 2024\nX EYX EXX // mm\n0 0.001 0\n100 0.002 0.004\n200 0 0.006\n#\nY EYY\n0 0\n50 0.001\n"

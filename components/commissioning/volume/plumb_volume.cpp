@@ -72,6 +72,18 @@ void put(const std::string& file, const std::string& text) {
     std::cout << "Written: " << file << '\n';
 }
 
+// The uncertainty of a scale: of its rows, and of the laser's own scale. Nothing without the latter, for
+// repeating does not show it.
+std::string scale_lines(const std::string& axis, double u, const std::string& scale_u) {
+    if (scale_u.empty()) return "";
+    const std::string error = scale_error(axis);
+    return "# u: " + error + ' ' + csv::decimal(u) + "\n# u-common: " + error + ' ' +
+           csv::decimal(angle_of(scale_u)) + " per " + axis + '\n';
+}
+constexpr const char* scale_is_unknown =
+    "The scale has no uncertainty, so it counts as unknown. Give the uncertainty of the laser: --scale-u "
+    "0.8um/m.";
+
 // --- reversal ---
 
 struct ReversalOptions {
@@ -129,9 +141,7 @@ std::string reversal_table(const ReversalOptions& its, const ReversalResult& res
     }
     const std::string error = scale_error(its.axis);
     std::string head = "# u: " + error + "+ " + csv::decimal(u) + '\n';
-    if (its.scale && !its.scale_u.empty())
-        head += "# u: " + error + ' ' + csv::decimal(u) + "\n# u-common: " + error + ' ' +
-                csv::decimal(angle_of(its.scale_u)) + " per " + its.axis + '\n';
+    if (its.scale) head += scale_lines(its.axis, u, its.scale_u);
     head += "# repeatability: " + error + ' ' + csv::decimal(result.repeatability) +
             "\n# by: " + (its.recording ? "motor against scale" : "readings from both sides") + '\n';
     return its.into.empty() ? direction_rows::table_text(its.axis[0], error, rows, date_line(its.date) + head)
@@ -191,9 +201,7 @@ int reversal(const ReversalOptions& its) {
             say("The readings drift by " + um(result.drift) +
                 " from one run to the next, and the uncertainty contains it. Let the machine warm up, and "
                 "read again.");
-        if (its.scale && its.scale_u.empty())
-            say("The scale has no uncertainty, so it counts as unknown. Give the uncertainty of the laser: "
-                "--scale-u 0.8um/m.");
+        if (its.scale && its.scale_u.empty()) say(scale_is_unknown);
         say("Not seen: " + std::string(its.scale ? "" : "the scale of the axis, ") +
             "errors beside the line that was measured, and lost motion under cutting force.");
         const CircleTurn turn{most, DirectionOfMotion::usual_distance, DirectionOfMotion::usual_acceleration};
@@ -463,7 +471,7 @@ int block(const BlockOptions& its) {
 // --- files of others ---
 
 struct FileOptions {
-    std::string kind, file, axis, output, date, unit, error;
+    std::string kind, file, axis, output, date, unit, error, scale_u;
     std::optional<int> type;
     std::optional<double> zero;
     bool negate = false;
@@ -486,6 +494,8 @@ void check_options(const FileOptions& its) {
     check_axis(its.axis);
     date_line(its.date);
     if (!comp && its.type) throw std::invalid_argument("--type is for a COMP_FILE of LinuxCNC");
+    if (!its.scale_u.empty() && (!rtl || error_of(its) != scale_error(its.axis)))
+        throw std::invalid_argument("--scale-u is for the scale in an .rtl");
     if (comp && !its.error.empty())
         throw std::invalid_argument("--error: a COMP_FILE has the scale of its axis alone");
     const bool known =
@@ -554,16 +564,16 @@ int import(const FileOptions& its) {
             rows.push_back({row.position, row.mean + row.half, row.mean - row.half});
             u = std::max(u, row.uncertainty);
         }
+        const bool scale = error == scale_error(its.axis);
         if (r.freedom > 0 && r.repeatability > 0) {
-            head += "# u: " + error + ' ' + csv::decimal(u);
-            if (!no_down && !no_up) head += ", " + error + "+ " + csv::decimal(u);
-            head += '\n' + (error == scale_error(its.axis)
-                                ? "# repeatability: " + error + ' ' + csv::decimal(r.repeatability) + '\n'
-                                : "");
+            if (!no_down && !no_up) head += "# u: " + error + "+ " + csv::decimal(u) + '\n';
+            head += scale ? scale_lines(its.axis, u, its.scale_u) + "# repeatability: " + error + ' ' +
+                                csv::decimal(r.repeatability) + '\n'
+                          : "# u: " + error + ' ' + csv::decimal(u) + '\n';
         }
-        if (no_down || no_up)
-            (its.output.empty() ? std::cerr : std::cout)
-                << "All runs go the same way: the lost motion is unknown.\n";
+        std::ostream& out = its.output.empty() ? std::cerr : std::cout;
+        if (no_down || no_up) out << "All runs go the same way: the lost motion is unknown.\n";
+        if (scale && its.scale_u.empty()) out << hal::wrapped(scale_is_unknown) << '\n';
     }
     check_rows(its.file, rows, error_index(error));
     if (its.negate)
@@ -909,6 +919,8 @@ static int carry_out(int argc, char** argv) {
     importing->add_option("FILE", f.file, "The file.")->required();
     importing->add_option("--date", f.date,
                           "Date of the measurement; default: of the last change of the file.");
+    importing->add_option("--scale-u", f.scale_u,
+                          "Standard uncertainty of the laser's own scale, as 0.8um/m, for an .rtl.");
     importing->add_option("--from", f.kind, "linuxcnc, rtl, isg, heidenhain or cec.")
         ->required()
         ->check(CLI::IsMember({"linuxcnc", "rtl", "isg", "heidenhain", "cec"}));

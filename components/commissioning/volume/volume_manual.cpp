@@ -76,7 +76,8 @@ B from its own pre-travel, which an axis with a scale at the load shows.)"},
          {"FILES OF OTHERS",
           R"(plumb volume import --from linuxcnc FILE --axis X --type 1 prints the table that a COMP_FILE of LinuxCNC describes, and the
 sign in words. --from rtl reads Renishaw's .rtl of a linear measurement: um, measured minus target. Targets rise or fall, and runs
-come back or all go the same way; then the lost motion stays unknown. Straightness and angles are refused, unless you give
+come back or all go the same way; then the lost motion stays unknown. --scale-u 0.8um/m is the standard uncertainty of the
+laser's own scale, without which the scale counts as unknown. Straightness and angles are refused, unless you give
 --error EYX and --unit um, or --error ECX and --unit urad, mrad or arcsec. --from isg reads the CSV of ISG and Beckhoff (names, then
 lines of numbers between blanks, mm and rad), --from heidenhain a table .COM (AXISPOS, BACKLASH, a column for each axis), --from cec
 the lines $AN_CEC of a SINUMERIK; --error EYX selects another error than the scale. Their makers do not state the sign in public:
