@@ -20,7 +20,6 @@ import re
 import shutil
 import sys
 
-from driver_pages import page_of
 from stand_ins import StandIns
 from texts import Impossible
 from write_models import Ini, Place, models_of, show
@@ -49,7 +48,6 @@ def pins_of_programs(models):
     """Models of io and halui: all pins of io, and those of halui that the files name."""
     pins = {"iocontrol.0." + name: kind for name, *kind in (row.split() for row in IO_PINS.replace("\n", " ").split(","))}
     named = {"iocontrol.0." + name: kind for name, kind in models.pins_behind("iocontrol.0").items()}
-    models.pages.append((r"halui\.", page_of("halui")))
     halui = {"halui." + name: kind for name, kind in models.pins_behind("halui").items()}
     both = {"iocontrol": {**named, **pins}, "halui": halui}
     return {

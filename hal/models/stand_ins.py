@@ -78,7 +78,7 @@ class StandIns:
     def pins_behind(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
-        for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.-]+" % re.escape(prefix), self.all))):
+        for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.+-]+" % re.escape(prefix), self.all))):
             function = re.sub(r"\.(time|tmax|tmax-increased)$", "", name)  # each function has these pins
             if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(function), self.all, re.M):
                 found[name[len(prefix) + 1 :]] = self._kind(name)
