@@ -161,7 +161,8 @@ public:
             for (bool first = true; !words.empty(); first = false) {
                 std::size_t end = words.size() <= width ? words.size() : words.rfind(' ', width);
                 if (end == std::string::npos) end = width;  // the path of a file
-                const std::size_t column = first ? std::max<std::size_t>(std::string(begin).size(), left) : 0;
+                const std::size_t column =
+                    first ? std::max<std::size_t>(std::string(begin).size() + 1, left) : 0;
                 result += std::string(first ? column - std::string(begin).size() : left, ' ') +
                           words.substr(0, end) + '\n';
                 words.erase(0, std::min(words.size(), end + (end < words.size() && words[end] == ' ')));

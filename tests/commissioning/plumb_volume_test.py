@@ -585,6 +585,8 @@ class Volume(unittest.TestCase):
         line = next(its for its in tilt["errors"] if its["name"] == "drift EC0Y")
         self.assertEqual((line["unit"], line["by"]), ("rad", "--tilt, 731 days"))
         self.assertAlmostEqual(line["u"], 4e-6 * 731 / 365.25)
+        listed = self.run_volume(*self.COLUMN, "--tilt", "EC0Y=1urad,u=1urad,drift=2urad,date=2025-12-22", "--today", "2026-01-01")
+        self.assertRegex(listed, r"drift EC0Y +0\.0548 urad measured: --tilt, 10 days")
 
     def test_tables_have_the_date_of_their_measurement(self):
         self.write("x.comp", "0 0 0.01\n800 0 0.01\n")
