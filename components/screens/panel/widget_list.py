@@ -46,7 +46,7 @@ class WidgetList:
             if isinstance(widget, Gtk.Label):
                 entry["cut"] = widget.get_layout().is_ellipsized() or widget.get_layout().get_pixel_size()[0] > widget.get_allocated_width() + 1
             middle = entry["y"] + entry["height"] // 2
-            entry["scrolled"] = 0 if view is None or view[0] <= middle <= view[1] else 1 if middle > view[1] else -1
+            entry["scrolled"] = 0 if view is None or view[0] <= middle < view[1] else 1 if middle >= view[1] else -1
             if view:
                 entry["view"] = view
             found.append(entry)

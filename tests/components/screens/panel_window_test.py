@@ -600,7 +600,7 @@ class Window(unittest.TestCase):
         # The square is known, and set two angles; the two others have another source.
         finger.await_text("After correction at least \u00b1 ")
         finger.await_text("errors are unknown.")
-        finger.await_text("measured: EC0X square, ")
+        finger.await_text("measured: EC0X (square, ")
         finger.await_text("corner XZ   unknown   EB0X, without u; measure: square and indicator")
         finger.await_text("PPP, 1118 mm: ")
         finger.until(lambda: finger.find("Table of EXX"), "the plot")
