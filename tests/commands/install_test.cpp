@@ -150,7 +150,6 @@ TEST_F(Installed, BenchRunsFromWhatIsInstalledAlone) {
     EXPECT_EQ(read_table(stage / "z.csv").rows.size(), 3u);
 }
 
-#ifndef PLUMB_SANITIZED  // stock LinuxCNC is not built with sanitizers
 TEST_F(Installed, StockLinuxCncLoadsThermalDisplacement) {
     MachineOptions machine;
     machine.modules = modules;
@@ -177,7 +176,6 @@ TEST_F(Installed, StockLinuxCncLoadsThermalDisplacement) {
         },
         machine);
 }
-#endif
 
 }  // namespace
 }  // namespace plumb

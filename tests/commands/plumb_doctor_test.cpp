@@ -413,7 +413,6 @@ TEST_F(PlumbDoctor, WithoutNamespacesItDoesNotDisturbLinuxCnc) {
     });
 }
 
-#ifndef PLUMB_SANITIZED  // stock LinuxCNC is not built with sanitizers
 TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
     as_root = false;
     on_computer([] {
@@ -477,7 +476,6 @@ TEST_F(PlumbDoctor, RunningItFindsEachWrongOrderAndItsCommandsMendIt) {
         halcmd("unloadrt all");
     });
 }
-#endif
 
 TEST_F(PlumbDoctor, WithoutNamespacesItDoesNotWaitLongForAnotherHost) {
     on_computer([] {
