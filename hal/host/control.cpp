@@ -419,18 +419,11 @@ Json Control::set(const Request& request) {
 
 void Control::set_value(const std::string& name, const Json& value) {
     need_hal();
-    std::optional<Cell> cell;
-    bool locked;
-    {
-        const Names names;
-        cell = names.find(name);
-        locked = names.locked();
-    }
+    const std::optional<Cell> cell = Names().find(name);
     const std::string text = text_of(value);
     const std::optional<double> number = number_of(text);
     const bool signal = cell && cell->kind == Cell::Kind::signal;
-    if (cell && number && !locked && !cell->linked && cell->value.accepts(*number) &&
-        (signal || settable(name))) {
+    if (cell && number && !cell->linked && cell->value.accepts(*number) && (signal || settable(name))) {
         cell->value.set_number(*number);
         return;
     }
@@ -440,15 +433,14 @@ void Control::set_value(const std::string& name, const Json& value) {
 }
 
 bool Control::settable(const std::string& name) {
-    if (settable_at_ != modules_.changes()) settable_.clear();
-    settable_at_ = modules_.changes();
     const unsigned long now = programs_.halcmds_begun() + modules_.changes();
-    if (settable_.count(name) == 0 && listed_at_ != now) list_settable();
-    listed_at_ = now;
+    if (settable_at_ != now) list_settable();
+    settable_at_ = now;
     return settable_.count(name) > 0;
 }
 
 void Control::list_settable() {
+    settable_.clear();
     // One line a pin or parameter: owner, type, direction, value, name.
     std::istringstream table(programs_.halcmd({"-s", "show"}).output);
     for (std::string line; std::getline(table, line);) {

@@ -107,8 +107,7 @@ private:
     std::optional<Server::Connection> runner_;  // the connection that waits for the end of the run
     std::chrono::steady_clock::time_point last_progress_;
     std::set<std::string> settable_;  // inputs, and parameters that can be written, as halcmd lists them
-    unsigned long settable_at_ = 0;   // changes of modules, for which that holds
-    unsigned long listed_at_ = 0;     // commands and changes of modules, when it was listed
+    unsigned long settable_at_ = 0;   // state of HAL for which that holds
     bool realtime_ = false;           // LinuxCNC 2.10 asks whether it is started, which a host always is
     bool end_ = false;
     bool end_by_signal_ = false;

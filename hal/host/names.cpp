@@ -23,7 +23,6 @@ public:
     int (*pin)(const char*, hal_type_t*, hal_data_u**, bool*);
     int (*signal)(const char*, hal_type_t*, hal_data_u**, bool*);
     int (*parameter)(const char*, hal_type_t*, hal_data_u**);
-    unsigned char (*lock)();
 
 private:
     HalLibrary() {
@@ -34,7 +33,6 @@ private:
         load(handle, "hal_get_pin_value_by_name", pin);
         load(handle, "hal_get_signal_value_by_name", signal);
         load(handle, "hal_get_param_value_by_name", parameter);
-        load(handle, "hal_get_lock", lock);
     }
 
     template <typename Function>
@@ -71,10 +69,6 @@ std::optional<Cell> Names::find(const std::string& name) const {
     if (library.signal(name.c_str(), &type, &data, &linked) == 0)
         return Cell{Cell::Kind::signal, hal::AnyValue(type, data), linked};
     return std::nullopt;
-}
-
-bool Names::locked() const {
-    return (HalLibrary::get().lock() & HAL_LOCK_PARAMS) != 0;
 }
 
 Cell Names::need(const std::string& name) const {

@@ -34,9 +34,6 @@ public:
     // The same. Throws std::runtime_error("there is no pin, parameter or signal 'NAME'").
     Cell need(const std::string& name) const;
 
-    // Whether `halcmd lock` forbids to set a value.
-    bool locked() const;
-
 private:
     int component_;
 };

@@ -120,7 +120,6 @@ Programs::Programs() {
     sigprocmask(SIG_BLOCK, &children, nullptr);
     child_events_ = signalfd(-1, &children, SFD_CLOEXEC | SFD_NONBLOCK);
     if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
-    if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
     set_message_sink([this](std::string_view text, bool) {
         for (auto command = commands_.rbegin(); command != commands_.rend(); ++command) {
             if (command->process == 0) continue;

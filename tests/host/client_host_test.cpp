@@ -89,6 +89,14 @@ TEST_F(ClientOfHost, RefusesWhatHalcmdRefusesAndGivesTheReason) {
     EXPECT_EQ(bench.get("it.in"), 3);
 }
 
+TEST_F(ClientOfHost, ANameThatBecomesAnOutputsIsRefused) {
+    client.command("alias pin it.in it.here");
+    bench.set("it.here", 1);
+    client.command("unalias pin it.here");
+    client.command("alias pin it.out it.here");
+    EXPECT_THAT(refusal([&] { bench.set("it.here", 1); }), HasSubstr("not writable"));
+}
+
 TEST_F(ClientOfHost, CommandsFailWithHalcmdsMessage) {
     EXPECT_THAT(refusal([&] { client.command("loadrt no_such_module"); }), HasSubstr("no_such_module"));
     EXPECT_THAT(refusal([&] { client.command("addf no-such-function servo-thread"); }),
