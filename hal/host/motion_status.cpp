@@ -8,21 +8,15 @@
 #include <cstring>
 #include <utility>
 
+#include "hal/host/motion_memory.hpp"
+
 namespace plumb::host {
 
 namespace {
 
-// LinuxCNC's headers have no declaration of motion's shared memory, but for its parts.
-struct Memory {
-    emcmot_command_t command;
-    emcmot_status_t status;
-    emcmot_config_t config;
-    emcmot_error_t error;
-    emcmot_internal_t internal;
-};
 struct MemoryWithLock {  // since LinuxCNC 2.9.5
     rtapi_mutex_t lock;
-    Memory rest;
+    MotionMemory rest;
 };
 
 HalFunction command_handler = nullptr;
@@ -32,8 +26,8 @@ bool took_command = false;
 
 // The size identifies the layout. With an unknown layout the status stays unmarked.
 emcmot_status_t* status_of_motion(SegmentOfSize segment) {
-    if (void* const memory = segment(sizeof(Memory)))
-        return &static_cast<Memory*>(memory)->status;
+    if (void* const memory = segment(sizeof(MotionMemory)))
+        return &static_cast<MotionMemory*>(memory)->status;
     if (void* const memory = segment(sizeof(MemoryWithLock)))
         return &static_cast<MemoryWithLock*>(memory)->rest.status;
     return nullptr;
@@ -49,14 +43,15 @@ void take_command(void* argument, long period) {
     took_command = true;
 }
 
-// A move that has begun and has not ended. Task must see it: a status older than the move says that all is done.
+// A move that has begun and has not ended. Task must see it: a status older than the move says that all is
+// done.
 bool moving() {
     return status->depth > 0 || (status->motionFlag & EMCMOT_MOTION_INPOS_BIT) == 0;
 }
 
-// motion-controller counts head up at its beginning, and makes tail equal at its end. Task gives up after three
-// incomplete statuses and goes on with the one before, and the computer may stop the host in this function for
-// longer. So during a move both count up together.
+// motion-controller counts head up at its beginning, and makes tail equal at its end. Task gives up after
+// three incomplete statuses and goes on with the one before, and the computer may stop the host in this
+// function for longer. So during a move both count up together.
 void show_move(void* argument, long period) {
     if (moving() && status->head == status->tail)
         __atomic_store_n(&status->tail, static_cast<unsigned char>(status->head + 1), __ATOMIC_RELEASE);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-// What LinuxCNC's task finds in the status of motion, in the middle of a period. Fakes write it as motmod does.
+// What LinuxCNC's task finds in the status of motion, in the middle of a period. Fakes write it as motmod
+// does.
 #include "hal/host/motion_status.hpp"
 
 #if __has_include(<motion.h>)
@@ -9,18 +10,12 @@
 
 #include <memory>
 
+#include "hal/host/motion_memory.hpp"
+
 namespace plumb::host {
 namespace {
 
-struct Memory {
-    emcmot_command_t command;
-    emcmot_status_t status;
-    emcmot_config_t config;
-    emcmot_error_t error;
-    emcmot_internal_t internal;
-};
-
-std::unique_ptr<Memory> motion;
+std::unique_ptr<MotionMemory> motion;
 bool readable_within = false;
 
 bool readable() {
@@ -45,7 +40,7 @@ void control(void* depth, long) {
 class MotionStatus : public testing::Test {
 protected:
     MotionStatus() {
-        motion = std::make_unique<Memory>();
+        motion = std::make_unique<MotionMemory>();
         motion->status.motionFlag = EMCMOT_MOTION_INPOS_BIT;
         controller_ = marking_status("motion-controller", control, segment);
         handler_ = marking_status("motion-command-handler", handle_command, segment);
@@ -58,7 +53,7 @@ protected:
         ASSERT_TRUE(readable());
     }
 
-    static void* segment(std::size_t size) { return size == sizeof(Memory) ? motion.get() : nullptr; }
+    static void* segment(std::size_t size) { return size == sizeof(MotionMemory) ? motion.get() : nullptr; }
 
     HalFunction handler_ = nullptr, controller_ = nullptr;
     bool readable_between_ = false;
