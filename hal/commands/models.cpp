@@ -34,8 +34,8 @@ fs::path folder_of(const std::vector<std::string>& files) {
     return root / "plumb" / "models" / std::to_string(std::hash<std::string>()(all));
 }
 
-// The line that a program of the models prints for a machine of these files; the program writes what it has
-// to say to the user on standard error.
+// Runs a program of the folder share/plumb/models for the files of a machine, and returns the line that the
+// program prints. The program writes messages to the user on standard error.
 std::string line_of(const char* program, const std::vector<std::string>& files, bool with_models = false) {
     const fs::path prefix = fs::path(client::find_host()).parent_path().parent_path();
     std::vector<std::string> command{"/usr/bin/python3", prefix / "share" / "plumb" / "models" / program,

@@ -87,9 +87,9 @@ public:
     // Ends a period, and advances to the next release. Returns false if the run does not go on.
     using Turn = bool (*)(void* argument);
 
-    // Runs what is due, and takes a turn, until a turn returns false. A task that runs alone takes the turn
-    // on its own stack, in its wait: to change stacks twice costs more than all else of an empty period.
-    // C code waits there, so a turn must not throw.
+    // Runs the tasks that are due, and calls `turn`, until `turn` returns false. If one task alone is
+    // started, wait() calls `turn` on the stack of this task: two changes of stacks cost more than all else
+    // of an empty period. C code waits on that stack, so `turn` must not throw.
     void run(Turn turn, void* argument);
 
 private:

@@ -45,7 +45,7 @@ class LinuxCNCsPrograms(StandIns):
 
 
 def pins_of_programs(models):
-    """Models of io and halui: all pins of io, and those of halui that the files name."""
+    """Models of io and halui: all pins of io, and the pins of halui that the HAL files name."""
     pins = {"iocontrol.0." + name: kind for name, *kind in (row.split() for row in IO_PINS.replace("\n", " ").split(","))}
     named = {"iocontrol.0." + name: kind for name, kind in models.pins_behind("iocontrol.0").items()}
     halui = {"halui." + name: kind for name, kind in models.pins_behind("halui").items()}
