@@ -17,7 +17,6 @@ UPPER, LOWER, R = 5, -25, 10  # of the stroke of the scenario and of the first o
 SHIFT = 10  # mm, of the second region of contour.ngc
 FEED = 20  # mm/s, of the contour
 HARDEST = 1000  # mm/s2, chop.max-acceleration
-LAG = 60 / 35  # mm, of the drive at the largest speed of its stroke, by Kv of sim_grinder
 
 
 class Recorded(unittest.TestCase):
@@ -201,7 +200,8 @@ class Shift(Recorded):
         self.assertEqual(len(falls), 5)
         for at in falls:
             drive = self.shift["z-stage.drive-command"][at - 2 : at + 200]
-            self.assertLess(abs(np.diff(drive))[:2].max(), LAG + 0.06)  # a period of the stroke, and the feedback
+            # The command becomes the place where the drive stands, which lags behind it by up to 1.8 mm.
+            self.assertAlmostEqual(drive[2], self.shift["grinder.truth-position"][at - 1], delta=um)
             self.assertLess(abs(np.diff(drive))[2:].max(), 0.2)  # at most 100 mm/s, by the drive
             command, applied, position = (self.shift[pin][at - 5 : at + 200] for pin in self.PLACES)
             origin = command[0] - applied[0] - position[0]  # of the joint, where it was homed
