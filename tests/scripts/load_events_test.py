@@ -16,7 +16,6 @@ from support.load_events import NONE, EVENTS, LoadEvent, Outcome, coolant, dip, 
 from support.mill_machine import start_mill
 from support.recordings import read_columns
 
-SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 SHORT = 1800  # s
 LOST_TRACK, RISES_TWICE = 7, 45  # detail-code
 
@@ -73,7 +72,6 @@ def times_of(event, duration=40):
     return found
 
 
-@unittest.skipIf(SANITIZED, "thermal_displacement_test runs the same module")
 class Events(unittest.TestCase):
     def test_coolant_comes_on_as_long_before_the_contacts_as_its_name_says(self):
         for (before,) in times_of(coolant(4, 0.06, later=True)):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """scripts/bench pairs, in short, and the thresholds and the bound that stand beside its figures."""
 
-import os
 import unittest
 
 import numpy as np
@@ -11,11 +10,9 @@ from bench_runs import run_bench
 from pairs import CASES, FIT, MIDDLE
 from support.figures import rms
 
-SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 PAIRS = 80  # 8 % of an rms is its standard deviation
 
 
-@unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")
 class Pairs(unittest.TestCase):
     def scatter(self, case):
         return pairs.simulate(case, PAIRS, lambda seconds: True)
@@ -64,7 +61,6 @@ class Bound(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
-    @unittest.skipIf(SANITIZED, "mill_both_linuxcnc_test runs the same modules")
     def test_prints_a_table(self):
         done = run_bench("pairs", "--pairs", "3")
         for case in CASES:

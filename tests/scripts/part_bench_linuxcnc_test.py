@@ -240,7 +240,6 @@ class Programs(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
-    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "mill_both_linuxcnc_test runs the same modules")
     def test_cuts_measures_and_draws(self):
         with TemporaryFolder() as folder:
             fast = ("--seed", "0", "--machine", "column", "--part", "contour", "--feed", "12000")

@@ -74,7 +74,6 @@ class Machines(unittest.TestCase):
 
 
 class Command(unittest.TestCase):
-    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "mill_both_linuxcnc_test runs the same modules")
     def test_writes_tables_chart_and_points(self):
         with TemporaryFolder() as folder:
             done = run_bench("portal", "--seed", "2", "--cube", "2", "--output", folder)
@@ -87,7 +86,6 @@ class Command(unittest.TestCase):
                 rows = list(csv.DictReader(io.StringIO(file.read())))
             self.assertEqual(len(rows), 3 * 4 * (8 + 16))  # runs, tools, corners of both cubes
 
-    @unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "mill_both_linuxcnc_test runs the same modules")
     def test_many_machines_are_summed_up_by_percentiles(self):
         done = run_bench("portal", "--seeds", "1", "--cube", "2")
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -348,7 +348,6 @@ class Listed(unittest.TestCase):
         )
 
 
-@unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "the same programs as those of other tests")
 class Running(unittest.TestCase):
     """In a copy of the clone, whose components and configurations may be written."""
 

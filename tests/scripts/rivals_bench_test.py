@@ -14,7 +14,6 @@ from support.attacks import TEACH
 from support.mill_machine import start_mill
 from support.rivals import Both, Hold, Simple3, answers
 
-SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
 # What each answers a second later, computed once: the offset of Hold; offset, sigma and told of Simple3 and of Both.
 ALL_MOVE_AND_GO_BACK = (  # after a chip
@@ -250,7 +249,6 @@ class Days(unittest.TestCase):
             self.assertTrue(12 <= abs(its).max() <= 25)
 
 
-@unittest.skipIf(SANITIZED, "thermal_displacement_test runs the same module")
 class Simulated(unittest.TestCase):
     def contacts_of(self, lines):
         return np.array([tuple(map(float, line.split()[1:])) for line in lines if line.startswith("contact")])

@@ -14,7 +14,6 @@ BUILD = os.path.abspath(os.environ["PLUMB_BUILD"])
 FUNCTION = "void use(char*);\nvoid deep();\nvoid deep() {\n    char frame[%d];\n    use(frame);\n}\n"
 
 
-@unittest.skipIf(os.environ.get("PLUMB_SANITIZE"), "frames are larger under a sanitizer")
 class StackUsage(unittest.TestCase):
     def compile(self, size):
         """Compiles a function with such a frame as a module is compiled."""

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """scripts/bench trust: its figures on a recording made by hand, and short attacks."""
 
-import os
 import unittest
 
 import numpy as np
@@ -9,7 +8,6 @@ import numpy as np
 import trust
 from support import attacks, contacts, figures
 
-SANITIZED = bool(os.environ.get("PLUMB_SANITIZE"))  # ten times slower
 
 
 def recording():
@@ -76,7 +74,6 @@ class Judged(unittest.TestCase):
         self.assertNotEqual(trust.drawn_attacks(3), trust.drawn_attacks(4))
 
 
-@unittest.skipIf(SANITIZED, "thermal_displacement_test runs the same module")
 class Attacks(unittest.TestCase):
     def test_a_dead_load_and_a_longer_tool_are_announced_and_make_nothing_worse(self):
         for name, code in (("load frozen", 49), ("two gauges 37 um apart", 56)):

@@ -4,7 +4,6 @@
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/chopping_axis.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -56,7 +55,7 @@ TEST_F(ChoppingWayOut, EachPhaseIsLeftByTheClearDeadPoint) {
     for (const int kind : {by_upper, by_lower}) {
         set("abort-kind", kind);
         double longest = 0;
-        for (int i = 0; i < rounds(60, 12); ++i) {
+        for (int i = 0; i < 60; ++i) {
             SCOPED_TRACE(testing::Message() << kind << ' ' << i);
             again();
             bench.run(1.5 + random.uniform(0, 0.7));

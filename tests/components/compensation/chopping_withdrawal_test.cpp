@@ -3,7 +3,6 @@
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/chopping_axis.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +46,7 @@ TEST_F(ChoppingWithdrawal, ALostEnableTakesTheAxisToRWhateverTheStopKind) {
     set("upper-dwell", 0.3);
     set("lower-dwell", 0.4);
     Random random(31);
-    for (int i = 0; i < rounds(60, 9); ++i) {
+    for (int i = 0; i < 60; ++i) {
         SCOPED_TRACE(i);
         set("stop-kind", i % 3);
         start();
@@ -76,7 +75,7 @@ TEST_F(ChoppingWithdrawal, ALostEnableTakesTheAxisToRWhateverTheStopKind) {
 
 TEST_F(ChoppingWithdrawal, AnEnableThatReturnsAndAnotherStopDoNotEndIt) {
     Random random(32);
-    for (int i = 0; i < rounds(30, 6); ++i) {
+    for (int i = 0; i < 30; ++i) {
         SCOPED_TRACE(i);
         start();
         bench.run(random.uniform(0.05, 2));
@@ -179,7 +178,7 @@ TEST_F(ChoppingWithdrawal, GivesNoInfeedAndTakesOverNoRegion) {
 
 TEST_F(ChoppingWithdrawal, GoToEndEndsStrokesByTheSameWayUntilTheNextStart) {
     Random random(33);
-    for (int i = 0; i < rounds(30, 6); ++i) {
+    for (int i = 0; i < 30; ++i) {
         SCOPED_TRACE(i);
         set("stop-kind", i % 3);
         start();
@@ -462,14 +461,14 @@ private:
 
 TEST(ChoppingWithdrawalDrawn, NoSequenceOfOrdersKeepsTheAxisFromRAfterALoss) {
     int losses = 0;
-    for (int seed = 1; seed <= rounds(15, 3); ++seed) {
+    for (int seed = 1; seed <= 15; ++seed) {
         SCOPED_TRACE(seed);
         Drawn drawn(static_cast<std::uint64_t>(7 * seed));
         drawn.work(60);
         losses += drawn.losses();
         if (testing::Test::HasFailure()) break;
     }
-    EXPECT_GT(losses, rounds(40, 8));
+    EXPECT_GT(losses, 40);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ FRESH = 1.5  # it.in of a specimen
 
 FOREIGN, DAMAGED, VERSION, INACCESSIBLE, UNFIT, REFUSED, PROGRAM, COMPUTER, OLDER, UNNAMED, NAMELESS = range(1, 12)
 
-kills = 20 if os.environ.get("PLUMB_SANITIZE") else 60  # sanitized programs start slowly
+kills = 20
 
 
 def processes():

@@ -4,7 +4,6 @@
 // moves but the stage on trial.
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -229,7 +228,7 @@ private:
 TEST(InterlockTrials, NothingMovesButTheStageOnTrialAndItReturnsHoweverThePressEnds) {
     const char* const given = std::getenv("TRIALS_SEED");
     const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : 1;
-    const int tries = given != nullptr ? 60 : rounds(20, 6);
+    const int tries = given != nullptr ? 60 : 20;
     Shop shop(seed);
     for (int i = 0; i < tries && !testing::Test::HasFailure(); ++i) {
         SCOPED_TRACE("try " + std::to_string(i) + " of seed " + std::to_string(seed));

@@ -3,7 +3,6 @@
 // stroke part of the position. grinder_linuxcnc_test.py has it in LinuxCNC itself.
 #include "components/math/blocks/random.hpp"
 #include "tests/support/bench.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -98,7 +97,7 @@ struct StrokeRelease : testing::Test {
 
 TEST_F(StrokeRelease, MachineOffMakesTheStrokePartOfThePosition) {
     Random random(5);
-    for (int i = 0; i < rounds(40, 8); ++i) {
+    for (int i = 0; i < 40; ++i) {
         SCOPED_TRACE(i);
         start();
         bench.run(random.uniform(0, 1));
@@ -241,7 +240,7 @@ TEST_F(StrokeRelease, ASourceThatIgnoresTheReleaseHasNoEffectUntilItIsZero) {
 // never jumps by more than a lag, and no position is wrong.
 TEST_F(StrokeRelease, NoSequenceOfOffAndOnMovesTheAxis) {
     Random random(11);
-    for (int i = 0; i < rounds(120, 20); ++i) {
+    for (int i = 0; i < 120; ++i) {
         SCOPED_TRACE(i);
         if (get("chop.active") == 0) {
             set("chop.run", 0);

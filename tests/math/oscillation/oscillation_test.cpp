@@ -3,7 +3,6 @@
 
 #include "components/math/blocks/random.hpp"
 #include "tests/math/oscillation/watched_oscillation.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -95,7 +94,7 @@ TEST(Oscillation, CycleTimeIsThatOfThePlanAndNeverDrifts) {
     const double cycle = watched.it.stroke_time(true) + watched.it.stroke_time(false);
     EXPECT_NEAR(cycle, pi * 30 / 100, 1e-4);
     const double z = watched.it.position();
-    const double periods = std::floor(rounds(3600, 300) / cycle) * cycle / dt;
+    const double periods = std::floor(3600 / cycle) * cycle / dt;
     const auto whole = static_cast<int>(periods);
     for (int i = 0; i < whole; ++i) watched.it.step(dt, Stop::none, nodes, [](auto...) { return 0.0; });
     const double before = watched.it.position(), part = periods - whole;
@@ -390,7 +389,7 @@ private:
 TEST(Oscillation, IsWithinANanometreOfTheContinuousMotionAtEveryShift) {
     Random random(12);
     int late = 0;  // a shift made a stroke that takes less time than its plan, which is reported
-    for (int run = 0; run < rounds(60, 5); ++run) {
+    for (int run = 0; run < 60; ++run) {
         SCOPED_TRACE(run);
         Oscillation::Settings settings = usual();
         if (run % 2 == 1) {
@@ -493,7 +492,7 @@ TEST(Oscillation, AHoldAtTheEndStandsThereAndTheStrokesGoOnAfterIt) {
 TEST(Oscillation, AHoldThatEndsAnywhereLeavesNothingBehind) {
     Random random(12);
     const Stop kinds[] = {Stop::dead_point, Stop::end_position, Stop::at_once};
-    for (int run = 0; run < rounds(600, 100); ++run) {
+    for (int run = 0; run < 600; ++run) {
         SCOPED_TRACE(run);
         Watched watched(usual());
         watched.offset[0] = watched.offset[1] = random.uniform(-0.2, 0.2);
@@ -530,7 +529,7 @@ TEST(Oscillation, ASpeedThatChangesInEachPeriodDelaysNoStroke) {
 // Everything at once, drawn: nothing breaks the acceleration or leaves all regions.
 TEST(Oscillation, NoSequenceOfCommandsBreaksALimitOrLeavesItsRegions) {
     Random random(7);
-    for (int run = 0; run < rounds(150, 10); ++run) {
+    for (int run = 0; run < 150; ++run) {
         SCOPED_TRACE(run);
         Oscillation::Settings settings = usual();
         settings.sections[0] = {SpeedSection::height, 15, random.uniform(16, 30), random.uniform(0.2, 3)};

@@ -2,7 +2,6 @@
 #include "components/math/oscillation/stroke_plan.hpp"
 
 #include "components/math/blocks/random.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -233,7 +232,7 @@ TEST(StrokePlan, NoDrawnTableBreaksALimit) {
     Random random(1);
     StrokePlan plan;
     StrokePlanner planner;
-    for (int i = 0; i < rounds(10000, 500); ++i) {
+    for (int i = 0; i < 10000; ++i) {
         SCOPED_TRACE(i);
         const Region region = drawn(random);
         for (const bool upward : {true, false}) {
@@ -248,7 +247,7 @@ TEST(StrokePlan, NoDrawnTableBreaksALimit) {
 TEST(StrokePlan, TimeIsWithinHalfAPercentOfTheFastest) {
     Random random(2);
     double worst = 0;
-    for (int i = 0; i < rounds(1000, 50); ++i) {
+    for (int i = 0; i < 1000; ++i) {
         SCOPED_TRACE(i);
         const Region region = drawn(random);
         const StrokeRequest up = region.stroke(true), down = region.stroke(false);
@@ -263,7 +262,7 @@ TEST(StrokePlan, TimeIsWithinHalfAPercentOfTheFastest) {
 // The slow-down ends where the section begins, and the speed-up starts where it ends.
 TEST(StrokePlan, ASlowSectionIsSlowOverItsWholeLengthAndNoSlower) {
     Random random(3);
-    for (int i = 0; i < rounds(500, 30); ++i) {
+    for (int i = 0; i < 500; ++i) {
         SCOPED_TRACE(i);
         Region region;
         region.base = {0, 100, std::pow(10, random.uniform(1, 2.7))};
@@ -287,7 +286,7 @@ TEST(StrokePlan, ASlowSectionIsSlowOverItsWholeLengthAndNoSlower) {
 // What the axis has not shown yet, it accelerates by and does not brake by.
 TEST(StrokePlan, BrakesByAPartOfItsAcceleration) {
     Random random(5);
-    for (int i = 0; i < rounds(400, 100); ++i) {
+    for (int i = 0; i < 400; ++i) {
         SCOPED_TRACE(i);
         const Region region = drawn(random);
         for (const bool upward : {true, false}) {

@@ -3,7 +3,6 @@
 #include "components/math/blocks/random.hpp"
 #include "components/math/oscillation/oscillation.hpp"
 #include "tests/math/oscillation/watched_oscillation.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -89,7 +88,7 @@ void draw_offsets(Random& random, Watched& watched) {
 TEST(Withdrawal, GoesToTheEndByWayOfTheDeadPointNearestIt) {
     Random random(21);
     int strokes[5] = {}, cycles_more = 0;
-    for (int run = 0; run < rounds(1500, 100); ++run) {
+    for (int run = 0; run < 1500; ++run) {
         SCOPED_TRACE(run);
         const Oscillation::Settings settings = drawn(random);
         const double end = settings.end_position;
@@ -122,11 +121,11 @@ TEST(Withdrawal, GoesToTheEndByWayOfTheDeadPointNearestIt) {
                       [&](double z) { return z > 10.5 && z < 39.5 && z != watched.samples[0]; }),
                   0u);
     }
-    EXPECT_GT(strokes[0], rounds(20, 1)) << "from the return, or before the first stroke";
-    EXPECT_GT(strokes[1], rounds(100, 5));
-    EXPECT_GT(strokes[2], rounds(100, 5));
-    EXPECT_GE(cycles_more, rounds(1, 0));
-    EXPECT_LE(cycles_more, rounds(40, 8)) << "of learned ends, in the last moment of a stroke";
+    EXPECT_GT(strokes[0], 20) << "from the return, or before the first stroke";
+    EXPECT_GT(strokes[1], 100);
+    EXPECT_GT(strokes[2], 100);
+    EXPECT_GE(cycles_more, 1);
+    EXPECT_LE(cycles_more, 40) << "of learned ends, in the last moment of a stroke";
 }
 
 // Without a jump of the plan, a pause, or a detour.
@@ -180,7 +179,7 @@ TEST(Withdrawal, TheStrokeToTheDeadPointKeepsItsSections) {
 TEST(Withdrawal, ANewRegionIsNotEnteredAnyMore) {
     Random random(22);
     int late = 0, shifted = 0;
-    for (int run = 0; run < rounds(600, 40); ++run) {
+    for (int run = 0; run < 600; ++run) {
         SCOPED_TRACE(run);
         Oscillation::Settings settings = drawn(random);
         Watched watched(settings, random.uniform(10, 40));
@@ -208,14 +207,14 @@ TEST(Withdrawal, ANewRegionIsNotEnteredAnyMore) {
             known |= watched.arrivals[i].bound == arrived[1].bound;
         EXPECT_TRUE(known) << arrived[1].bound;
     }
-    EXPECT_LE(late, rounds(150, 20));
-    EXPECT_GT(shifted, rounds(30, 2));
+    EXPECT_LE(late, 150);
+    EXPECT_GT(shifted, 30);
 }
 
 TEST(Withdrawal, GoesOnFromAStopOfAnotherKindButNotFromRest) {
     Random random(23);
     int rested = 0, went = 0;
-    for (int run = 0; run < rounds(900, 60); ++run) {
+    for (int run = 0; run < 900; ++run) {
         SCOPED_TRACE(run);
         const Oscillation::Settings settings = drawn(random);
         Watched watched(settings, random.uniform(10, 40));
@@ -233,8 +232,8 @@ TEST(Withdrawal, GoesOnFromAStopOfAnotherKindButNotFromRest) {
         EXPECT_LE(withdrawal.arrived().size(), 4u);
         EXPECT_LE(withdrawal.longest_rest([](double) { return true; }), planning);
     }
-    EXPECT_GT(rested, rounds(50, 2));
-    EXPECT_GT(went, rounds(300, 20));
+    EXPECT_GT(rested, 50);
+    EXPECT_GT(went, 300);
 }
 
 TEST(Withdrawal, ChangesNothingOnTheReturn) {
@@ -271,7 +270,7 @@ TEST(Withdrawal, MovesNothingAtTheEnd) {
 TEST(Withdrawal, AHoldStandsAndThenItGoesOn) {
     Random random(24);
     int held = 0;
-    for (int run = 0; run < rounds(400, 30); ++run) {
+    for (int run = 0; run < 400; ++run) {
         SCOPED_TRACE(run);
         const Oscillation::Settings settings = drawn(random);
         Watched watched(settings, random.uniform(10, 40));
@@ -294,7 +293,7 @@ TEST(Withdrawal, AHoldStandsAndThenItGoesOn) {
         EXPECT_NEAR(watched.it.position(), settings.end_position, nothing);
         EXPECT_LE(watched.hardest, acceleration * 1.01);
     }
-    EXPECT_GT(held, rounds(200, 10));
+    EXPECT_GT(held, 200);
 }
 
 TEST(Withdrawal, OnlyAStopAtOnceChangesIt) {
@@ -321,7 +320,7 @@ TEST(Withdrawal, OnlyAStopAtOnceChangesIt) {
 // The joint may move meanwhile, and point R with it.
 TEST(Withdrawal, EndsWhereTheEndIsThen) {
     Random random(25);
-    for (int run = 0; run < rounds(200, 15); ++run) {
+    for (int run = 0; run < 200; ++run) {
         SCOPED_TRACE(run);
         Watched watched(usual(), 25);
         if (run % 2 == 0) watched.run(random.uniform(0, 2));
@@ -359,7 +358,7 @@ TEST(Withdrawal, AnEndThatMovesInTheLastMomentOfTheWayIsReached) {
 
 TEST(Withdrawal, AnEndThatJumpsMakesNoFurtherStrokes) {
     Random random(26);
-    for (int run = 0; run < rounds(100, 10); ++run) {
+    for (int run = 0; run < 100; ++run) {
         SCOPED_TRACE(run);
         Watched watched(usual(), 25);
         watched.run(random.uniform(0, 2));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/blocks/random.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -163,7 +162,7 @@ TEST(CutFit, ScatterIsItsSigma) {
     const std::vector<Cut> step{{0, 0, 0}, {-2, 0, 0}, {-2.5, 0.5, 0}};
     const std::vector<Cut> many{{0, 0, 0},     {-1, 0.5, 0}, {-2, -0.5, 0}, {-2, 0.5, 0},
                                 {-1, -0.5, 0}, {-3, 0.3, 0}, {-3, -0.3, 0}};
-    const int count = rounds(8000, 800);
+    const int count = 8000;
     for (const auto& [pattern, sigmas] :
          {std::pair(pair, lands), std::pair(abba, lands), std::pair(step, all), std::pair(many, all)}) {
         const Scatter found = scatter(pattern, sigmas, count);
@@ -180,7 +179,7 @@ TEST(CutFit, CutsThatScatterByMoreThanTheirSigmasRaiseThem) {
     const std::vector<Cut> abba{{0, 1, 0}, {0, -1, 0}, {0, -1, 0}, {0, 1, 0}};
     std::vector<Cut> twelve;
     for (int pairs = 0; pairs < 3; ++pairs) twelve.insert(twelve.end(), abba.begin(), abba.end());
-    const int count = rounds(4000, 800);
+    const int count = 4000;
     const Scatter four = scatter(abba, lands, count, 4), many = scatter(twelve, lands, count, 4);
     EXPECT_NEAR(four.of_y, 4, 0.4);
     EXPECT_LT(four.reported, 0.65 * four.of_y);
@@ -194,7 +193,7 @@ TEST(CutFit, DriftIsInItsSigma) {
     for (const std::vector<double>& order :
          {std::vector<double>{1, -1}, {1, -1, -1, 1}, {1, -1, -1, 1, 1, -1, -1, 1}}) {
         double of_y = 0, large = 0;
-        const int count = rounds(4000, 800);
+        const int count = 4000;
         for (int i = 0; i < count; ++i) {
             const Tip tip{5, random.uniform(-0.3, 0.3)};
             const double drift = sigmas.drift * random.gaussian(), rise = sigmas.drift * random.gaussian();
@@ -222,7 +221,7 @@ TEST(CutFit, ScaleOfTheGaugeIsInItsSigma) {
     Random random(7);
     for (const int lands : {2, 12}) {
         double of_y = 0, large = 0;
-        const int count = rounds(4000, 800);
+        const int count = 4000;
         for (int i = 0; i < count; ++i) {
             const Tip tip{5, random.uniform(-0.3, 0.3)};
             const double scale = sigmas.scale * random.gaussian();

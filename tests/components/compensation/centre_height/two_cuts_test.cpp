@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/compensation/centre_height/turned_cuts.hpp"
 #include "components/math/blocks/random.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -75,7 +74,7 @@ TEST(TwoCuts, ScatterAsMuchAsTheirSigma) {
     const CutSigmas sigmas{2 * um, 1.2 * um, 1 * um, 0, 0, 1e-3};
     double squares = 0, of_squares = 0;
     Random random(3);
-    const int count = rounds(40000, 4000);
+    const int count = 40000;
     for (int i = 0; i < count; ++i) {
         const Turned t = drawn(random);
         const double r1 = t.r1() + sigmas.radius() * random.gaussian();

@@ -2,7 +2,6 @@
 #include "components/compensation/thermal_displacement/growth_by_contact.hpp"
 
 #include "tests/support/milling.hpp"
-#include "tests/support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -112,7 +111,7 @@ TEST(GrowthByContact, AConstantGrowthStaysConstantForAThousandContacts) {
         shop.mill.dt = 0.002;
         shop.used = settings(method);
         shop.learn();
-        constexpr int cycles = rounds(250, 10);
+        constexpr int cycles = 250;
         for (int n = 0; n < cycles; ++n) shop.cycle(14 * um);
         ASSERT_EQ(shop.accepted.size(), 4u * cycles);
         for (const double g : shop.accepted) ASSERT_NEAR(g, 14 * um, 0.5 * um);
@@ -127,7 +126,7 @@ TEST(GrowthByContact, AConstantGrowthKeepsANoisyOffsetWithinToleranceAndThreeSig
     shop.mill.dt = 0.004;
     shop.used.by_speed = true;
     shop.learn();
-    constexpr int cycles = rounds(1000, 50);
+    constexpr int cycles = 1000;
     double offset = 0, largest = 0, variance = 0;
     for (int n = 0; n < cycles; ++n) {
         shop.cycle(14 * um);
@@ -676,7 +675,7 @@ TEST(GrowthByContact, AFeedHoldInTheContactIsRejected) {
     held.hold = 3;
     double worst = 0;  // of any growth that would be accepted
     const Shop before = learnt();
-    constexpr double between = 0.4 / rounds(40, 8);
+    constexpr double between = 0.4 / 40;
     for (double height = 0.2; height > -0.2; height -= between) {
         held.hold_height = height;
         for (const double steady_time : {0.0, 0.2}) {
