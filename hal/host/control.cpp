@@ -256,6 +256,7 @@ void Control::unload_all() {
 }
 
 void Control::let_unloaded_go() {
+    if (!modules_.hal_library_loaded()) programs_.let_halcmd_go();
     if (!timeline_.running()) return;
     if (!modules_.hal_library_loaded())
         timeline_.lose_names();
@@ -441,13 +442,15 @@ bool Control::settable(const std::string& name) {
 
 void Control::list_settable() {
     settable_.clear();
-    // One line a pin or parameter: owner, type, direction, value, name.
-    std::istringstream table(programs_.halcmd({"-s", "show"}).output);
-    for (std::string line; std::getline(table, line);) {
-        std::istringstream words(line);
-        std::string owner, type, direction, value, name;
-        words >> owner >> type >> direction >> value >> name;
-        if (direction == "IN" || direction == "I/O" || direction == "RW") settable_.insert(name);
+    for (const char* const kind : {"pin", "param"}) {
+        // One line each: owner, type, direction, value, name.
+        std::istringstream table(programs_.halcmd({"show", kind}).output);
+        for (std::string line; std::getline(table, line);) {
+            std::istringstream words(line);
+            std::string owner, type, direction, value, name;
+            words >> owner >> type >> direction >> value >> name;
+            if (direction == "IN" || direction == "I/O" || direction == "RW") settable_.insert(name);
+        }
     }
 }
 
@@ -507,7 +510,7 @@ void Control::make_replayable(const std::string& name, bool override_writer) {
 
 std::string Control::signal_of(const std::string& pin) {
     // One line a pin: owner, type, direction, value, name, and of a linked one an arrow and the signal.
-    std::istringstream table(programs_.halcmd({"-s", "show", "pin", pin}).output);
+    std::istringstream table(programs_.halcmd({"show", "pin", pin}).output);
     for (std::string line; std::getline(table, line);) {
         std::istringstream words(line);
         std::string word, name, signal;

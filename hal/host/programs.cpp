@@ -20,11 +20,13 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include <cerrno>
 
 #include "hal/host/hal_lock.hpp"
 #include "hal/host/messages.hpp"
+#include "hal/host/standing_halcmd.hpp"
 
 extern char** environ;
 
@@ -32,7 +34,7 @@ namespace plumb::host {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+constexpr auto patience_with_halcmd = std::chrono::seconds(10);
 
 int exit_status(int wait_status) {
     return WIFSIGNALED(wait_status) ? 128 + WTERMSIG(wait_status) : WEXITSTATUS(wait_status);
@@ -109,8 +111,13 @@ private:
 struct Programs::Command {
     pid_t process;  // 0 once it has ended; its own programs may still print
     int output;     // -1 once nobody holds the other end
-    std::function<void(Finished)> done;
-    std::string text;
+    std::function<void(Finished)> done = {};
+    std::string text = {};
+    std::unique_ptr<StandingHalcmd> stands = {};  // one that takes further commands
+    Clock::time_point rests_since = {};
+
+    bool rests() const { return stands && !done; }
+    bool runs() const { return process != 0 && !rests(); }
 };
 
 Programs::Programs() {
@@ -122,7 +129,7 @@ Programs::Programs() {
     if (child_events_ < 0) throw std::runtime_error(std::string("signalfd: ") + std::strerror(errno));
     set_message_sink([this](std::string_view text, bool) {
         for (auto command = commands_.rbegin(); command != commands_.rend(); ++command) {
-            if (command->process == 0) continue;
+            if (!command->runs()) continue;
             read_output(*command);  // the output of halcmd so far
             command->text += text;
             return true;
@@ -154,60 +161,99 @@ void Programs::ask_all_to_end() const {
     for (const pid_t process : others()) kill(process, SIGTERM);
 }
 
-pid_t Programs::spawn_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
-                             int output) const {
-    std::vector<std::string> words{"halcmd"};
-    words.insert(words.end(), arguments.begin(), arguments.end());
+Programs::Command& Programs::spawn_halcmd(const std::vector<std::string>& words, const std::string& directory,
+                                          int input) {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+    fcntl(ends[0], F_SETFL, O_NONBLOCK);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     if (!directory.empty()) posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
+    if (input >= 0)
+        posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+    else
+        posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
 
     const SpawnSettings settings;
     pid_t process = 0;
     const int error = settings.spawn(process, words, &actions);
     posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
     if (error != 0) {
+        close(ends[0]);
         throw std::runtime_error("cannot start halcmd" + (directory.empty() ? "" : " in " + directory) +
                                  ": " + std::strerror(error));
     }
-    return process;
+    return commands_.emplace_back(Command{process, ends[0]});
+}
+
+Programs::Command* Programs::standing_halcmd() {
+    for (Command& command : commands_)
+        if (command.process != 0 && command.stands && !command.stands->let_gone()) return &command;
+    return nullptr;
+}
+
+Programs::Command& Programs::halcmd_for(const std::vector<std::string>& arguments,
+                                        const std::string& directory) {
+    ++halcmds_begun_;
+    Command* const standing = standing_halcmd();
+    const bool stays = program_ == 0 && StandingHalcmd::takes(arguments);
+    if (stays && standing != nullptr && standing->rests() && standing->stands->give(arguments))
+        return *standing;
+    await_halcmd_gone();
+    if (stays && standing_halcmd() == nullptr) {
+        auto stands = std::make_unique<StandingHalcmd>();
+        stands->give(arguments);
+        Command& command = spawn_halcmd(StandingHalcmd::words(), "", stands->input());
+        stands->has_begun();
+        command.stands = std::move(stands);
+        return command;
+    }
+    std::vector<std::string> words{"halcmd"};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return spawn_halcmd(words, directory, -1);
 }
 
 void Programs::start_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
                             std::function<void(Finished)> done) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-    fcntl(ends[0], F_SETFL, O_NONBLOCK);
-    try {
-        const pid_t process = spawn_halcmd(arguments, directory, ends[1]);
-        commands_.push_back({process, ends[0], std::move(done), {}});
-    } catch (...) {
-        close(ends[0]);
-        close(ends[1]);
-        throw;
+    halcmd_for(arguments, directory).done = std::move(done);
+}
+
+void Programs::let_halcmd_go() {
+    if (Command* const standing = standing_halcmd()) standing->stands->let_go();
+}
+
+void Programs::await_halcmd_gone() {
+    if (Command* const standing = standing_halcmd(); standing != nullptr && standing->rests())
+        let_halcmd_go();
+    const auto goes = [](const Command& command) {
+        return command.process != 0 && command.rests() && command.stands->let_gone();
+    };
+    for (const auto begin = Clock::now(); std::any_of(commands_.begin(), commands_.end(), goes);) {
+        for (const Command& command : commands_)
+            if (goes(command) && Clock::now() - begin > patience_with_halcmd) kill(command.process, SIGKILL);
+        std::vector<pollfd> waits;
+        add_to(waits);
+        poll(waits.data(), waits.size(), 100);
+        attend();
     }
-    close(ends[1]);
-    ++halcmds_begun_;
 }
 
 Finished Programs::halcmd(const std::vector<std::string>& arguments) {
-    constexpr auto patience = std::chrono::seconds(10);
     bool ended = false;
     Finished finished{};
-    start_halcmd(arguments, "", [&](Finished result) {
+    Command& command = halcmd_for(arguments, "");
+    command.done = [&](Finished result) {
         ended = true;
         finished = std::move(result);
-    });
+    };
     --halcmds_begun_;  // it links nothing
-    const pid_t process = commands_.back().process;
     for (const auto begin = Clock::now(); !ended;) {
-        if (Clock::now() - begin > patience) {
-            for (Command& command : commands_)
-                if (command.process == process) command.done = [](const Finished&) {};
-            kill(process, SIGKILL);
+        if (Clock::now() - begin > patience_with_halcmd) {
+            command.done = [](const Finished&) {};
+            kill(command.process, SIGKILL);
             throw std::runtime_error("halcmd " + arguments.front() + " did not end within 10 s");
         }
         std::vector<pollfd> waits;
@@ -225,12 +271,13 @@ void Programs::add_to(std::vector<pollfd>& waits) const {
 }
 
 bool Programs::waits_for_hal() const {
-    return halcmd_runs() || program_runs();
+    return program_runs() || std::any_of(commands_.begin(), commands_.end(),
+                                         [](const Command& command) { return command.process != 0; });
 }
 
 bool Programs::halcmd_runs() const {
     return std::any_of(commands_.begin(), commands_.end(),
-                       [](const Command& command) { return command.process != 0; });
+                       [](const Command& command) { return command.runs(); });
 }
 
 void Programs::read_output(Command& command) {
@@ -245,7 +292,7 @@ void Programs::read_output(Command& command) {
             return;
         }
         const std::string_view text(buffer, static_cast<std::size_t>(count));
-        if (command.process != 0)
+        if (command.runs())
             command.text += text;
         else
             print_message(text, false);  // a user-space program that goes on after its halcmd
@@ -259,8 +306,24 @@ void Programs::attend() {
     while (read(child_events_, &event, sizeof event) > 0)
         continue;  // one event may stand for several children
     for (Command& command : commands_) read_output(command);
+    attend_standing_halcmd();
     reap();
     commands_.remove_if([](const Command& command) { return command.process == 0 && command.output < 0; });
+}
+
+void Programs::attend_standing_halcmd() {
+    constexpr auto longest_rest = std::chrono::milliseconds(200);
+    Command* const standing = standing_halcmd();
+    if (standing == nullptr) return;
+    if (standing->rests()) {
+        if (Clock::now() - standing->rests_since > longest_rest) let_halcmd_go();
+        return;
+    }
+    const std::optional<std::string> output = standing->stands->whole_output(standing->text);
+    if (!output) return;
+    standing->text.clear();
+    standing->rests_since = Clock::now();
+    std::exchange(standing->done, {})({0, without_greeting(*output)});
 }
 
 void Programs::reap() {
@@ -273,6 +336,7 @@ void Programs::reap() {
         if (command == commands_.end()) continue;
         read_output(*command);
         command->process = 0;
+        if (command->stands) command->text = command->stands->last_output(command->text);
         Finished finished{exit_status(status), without_greeting(command->text)};
         if (WIFSIGNALED(status))
             finished.output += std::string("halcmd was killed: ") + strsignal(WTERMSIG(status)) + "\n";

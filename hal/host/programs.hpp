@@ -6,8 +6,10 @@
 #include <poll.h>
 #include <sys/types.h>
 
+#include <chrono>
 #include <functional>
 #include <list>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -49,14 +51,20 @@ public:
     // Asks everything to end but the halcmds that the host runs.
     void ask_all_to_end() const;
 
-    // Starts a halcmd in folder `directory` ("" for the host's own). `done` is called from attend(), once it
-    // has ended. Throws std::runtime_error when there is no halcmd.
+    // Gives a command to halcmd, in folder `directory` ("" for the host's own). `done` is called from
+    // attend(), once it is carried out. One halcmd takes all commands that start no program and read no file,
+    // one after the other. It is gone before another halcmd starts, and 0.2 s after its last command; a host
+    // that runs a program has none. So nobody sees more halcmds than if each command had its own. Throws
+    // std::runtime_error when there is no halcmd.
     void start_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
                       std::function<void(Finished)> done);
 
-    // Runs a halcmd that needs nothing from this host's socket (setp, show, unlinkp) and waits until it
-    // ends. Throws std::runtime_error if there is no halcmd, or it does not end within 10 s.
+    // Carries out a command that needs nothing from this host's socket (setp, show, unlinkp) and waits for
+    // its end. Throws std::runtime_error if there is no halcmd, or it does not end within 10 s.
     Finished halcmd(const std::vector<std::string>& arguments);
+
+    // HAL's memory is gone: no halcmd may keep it.
+    void let_halcmd_go();
 
     // Appends the descriptors that attend() waits for.
     void add_to(std::vector<pollfd>& waits) const;
@@ -70,7 +78,7 @@ public:
     // Whether a program runs that may wait for HAL's lock.
     bool waits_for_hal() const;
 
-    // How many halcmd have begun since the host did.
+    // How many commands halcmd has been given since the host began.
     unsigned long halcmds_begun() const { return halcmds_begun_; }
 
     // User-space programs that are alive, by the name of their HAL component or else of their program file.
@@ -84,10 +92,14 @@ public:
     void end_all();
 
 private:
+    using Clock = std::chrono::steady_clock;
     struct Command;
 
-    pid_t spawn_halcmd(const std::vector<std::string>& arguments, const std::string& directory,
-                       int output) const;
+    Command& spawn_halcmd(const std::vector<std::string>& words, const std::string& directory, int input);
+    Command* standing_halcmd();
+    Command& halcmd_for(const std::vector<std::string>& arguments, const std::string& directory);
+    void await_halcmd_gone();
+    void attend_standing_halcmd();
     std::vector<pid_t> others() const;
     void read_output(Command& command);
     void reap();
