@@ -52,7 +52,7 @@ public:
     void ask_all_to_end() const;
 
     // Gives a command to halcmd, in folder `directory` ("" for the host's own). `done` is called from
-    // attend(), once it is carried out. One halcmd takes all commands that start no program and read no file,
+    // attend(), once it is carried out. One halcmd takes all commands that load no program and read no file,
     // one after the other. It is gone before another halcmd starts, and 0.2 s after its last command; a host
     // that runs a program has none. So nobody sees more halcmds than if each command had its own. Throws
     // std::runtime_error when there is no halcmd.

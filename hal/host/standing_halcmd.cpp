@@ -15,10 +15,10 @@ namespace plumb::host {
 
 namespace {
 
-constexpr const char* commands[] = {"addf",   "alias",  "delf",   "delsig",  "getp",    "gets",
-                                    "linkpp", "linkps", "linksp", "list",    "lock",    "net",
-                                    "newsig", "ptype",  "setp",   "sets",    "show",    "start",
-                                    "status", "stop",   "stype",  "unalias", "unlinkp", "unlock"};
+constexpr const char* commands[] = {"addf",   "alias",   "delf",    "delsig", "getp",  "gets",   "linkpp",
+                                    "linkps", "linksp",  "list",    "loadrt", "lock",  "net",    "newsig",
+                                    "ptype",  "setp",    "sets",    "show",   "start", "status", "stop",
+                                    "stype",  "unalias", "unlinkp", "unlock"};
 
 // halcmd takes 32 words in a line, and cuts it at 1024 characters.
 constexpr std::size_t most_words = 30;

@@ -13,7 +13,7 @@ namespace plumb::host {
 
 class StandingHalcmd {
 public:
-    // Whether such a halcmd does the same with these arguments as one of their own: a command that starts no
+    // Whether such a halcmd does the same with these arguments as one of their own: a command that loads no
     // program, reads no file, and has no character that halcmd interprets in a line but not in an argument.
     static bool takes(const std::vector<std::string>& arguments);
 

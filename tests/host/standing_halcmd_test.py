@@ -81,6 +81,10 @@ COMMANDS = """
     print hello
     quit
     help getp
+    loadrt no_such_module
+    loadrt xor2 nonsense=1
+    loadrt xor2 names=extra
+    getp extra.in0
 """.strip().splitlines()
 
 

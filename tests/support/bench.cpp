@@ -9,7 +9,6 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-#include <utility>
 
 namespace plumb {
 namespace {
@@ -77,22 +76,6 @@ Bench::Bench(Thread thread, const client::Start& start) : client_(start) {
     command("start");
 }
 
-Bench::~Bench() {
-    try {
-        client();
-    } catch (const std::exception& refusal) {
-        ADD_FAILURE() << refusal.what();
-    }
-}
-
-client::Client& Bench::client() {
-    if (!lines_.empty()) {
-        const Folder folder;
-        client_.source(folder.write("test.hal", std::exchange(lines_, "")));
-    }
-    return client_;
-}
-
 void Bench::poison(const std::string& pin, double seconds) {
     const double own = get(pin);
     for (const double value : impossible) {
@@ -103,9 +86,9 @@ void Bench::poison(const std::string& pin, double seconds) {
 }
 
 void Bench::run(double seconds) {
-    client().run(client::seconds(seconds));
+    client_.run(client::seconds(seconds));
     if (expectations_.empty()) return;
-    for (const client::Violation& violation : client().violations()) {
+    for (const client::Violation& violation : client_.violations()) {
         std::int64_t& reported = reported_[violation.id];
         if (violation.count == reported) continue;
         std::string values;
@@ -121,19 +104,19 @@ void Bench::run(double seconds) {
 Table Bench::trace(double seconds, const std::vector<std::string>& names, double every) {
     const Folder folder;
     const std::filesystem::path file = folder / "trace.csv";
-    client().record("trace", {names, client::seconds(every), file});
+    client_.record("trace", {names, client::seconds(every), file});
     run(seconds);
-    client().record_stop("trace");
+    client_.record_stop("trace");
     return read_table(file);
 }
 
 void Bench::record(const std::filesystem::path& file, const std::vector<std::string>& names, double every) {
-    client().record(file, {names, client::seconds(every), file});
+    client_.record(file, {names, client::seconds(every), file});
 }
 
 void Bench::expect(const std::string& expression, const std::map<std::string, std::string>& variables) {
     const std::string id = "expectation " + std::to_string(expectations_.size() + 1);
-    client().expect(id, expression, variables);
+    client_.expect(id, expression, variables);
     expectations_[id] = expression;
 }
 

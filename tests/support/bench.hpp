@@ -45,19 +45,13 @@ public:
 
     explicit Bench(Thread thread = Thread::servo, const client::Start& start = {});
 
-    ~Bench();  // a line that HAL refuses in the end is a failure of the test
-
-    // A line of a .hal file, or a whole .hal file. Lines are kept and given to one halcmd together when the
-    // next thing is asked, which throws HAL's message if it refuses one: a halcmd takes far longer to start
-    // than to read a line.
-    void command(const std::string& line) { lines_ += line + '\n'; }
-    void source(const std::filesystem::path& file, const std::string& ini = "") {
-        client().source(file, ini);
-    }
+    // A line of a .hal file, or a whole .hal file. Throws with HAL's message if HAL refuses it.
+    void command(const std::string& line) { client_.command(line); }
+    void source(const std::filesystem::path& file, const std::string& ini = "") { client_.source(file, ini); }
 
     // The value of a pin, a parameter or a signal; bits are 0 and 1.
-    void set(const std::string& name, double value) { client().set(name, value); }
-    double get(const std::string& name) { return client().get(name); }
+    void set(const std::string& name, double value) { client_.set(name, value); }
+    double get(const std::string& name) { return client_.get(name); }
 
     // Gives an input each impossible value for so many seconds, and then its own value again.
     void poison(const std::string& pin, double seconds);
@@ -70,17 +64,15 @@ public:
     void record(const std::filesystem::path& file, const std::vector<std::string>& names,
                 double every = 0.001);
     // Seconds since the host was started.
-    double time() { return std::chrono::duration<double>(client().time()).count(); }
+    double time() { return std::chrono::duration<double>(client_.time()).count(); }
 
     // Holds from now on in every period: bench.expect("abs(z_rate) <= 0.01", {{"z", "it.z-offset"}}).
     void expect(const std::string& expression, const std::map<std::string, std::string>& variables);
 
-    // For all else. Carries out the lines that are kept.
-    client::Client& client();
+    client::Client& client() { return client_; }  // for all else
 
 private:
     client::Client client_;
-    std::string lines_;                                // of a .hal file, not yet carried out
     std::map<std::string, std::string> expectations_;  // expression, by id
     std::map<std::string, std::int64_t> reported_;     // violations already reported, by id
 };
