@@ -4,6 +4,8 @@ switches, and nets tell what an encoder sits on."""
 
 import re
 
+from texts import Impossible
+
 RAMP = 1000 / 60  # revolutions per second, in a second, of a spindle
 MARGIN = {"mm": 5.0, "inch": 0.2}  # from the start to a home switch, and from a soft limit to a limit switch
 # Inputs that hold a machine back, by the value with which it works.
@@ -23,6 +25,15 @@ LOGIC = {  # inputs of a module, and their values, that give its output a value
     ("and2", True): (("in0", True), ("in1", True)),
     ("and2", False): (("in0", False),),
 }
+
+
+def number_in(ini, section, name, usual, kind):
+    """A number of the INI file."""
+    value = ini.get(section, name) or usual
+    try:
+        return kind(value)
+    except ValueError:
+        raise Impossible("%s: [%s]%s = %s is no %s number" % (ini.path, section, name, value, "whole" if kind is int else "decimal")) from None
 
 
 def demanded(pin, value, writer_of, owner_of, outputs, passed=frozenset()):
@@ -95,7 +106,7 @@ class Parts:
     def _joints(self, follows):
         """The feedback of joints: a step generator moves by its own command, all else as its joint is commanded."""
         drives = any(part["kind"] == "drive" and {"position", "target"} <= set(part["pins"]) for model in self.models.values() for part in model["parts"])
-        for joint in range(int(self.ini.get("KINS", "JOINTS") or 0)):
+        for joint in range(number_in(self.ini, "KINS", "JOINTS", 0, int)):
             command = self.signals.get("joint.%d.motor-pos-cmd" % joint)
             writer = self._writer("joint.%d.motor-pos-fb" % joint)
             if not command or writer not in self.outputs:
@@ -111,7 +122,7 @@ class Parts:
             self._model(writer)["parts"].append({"kind": "encoder", "pins": {"position": writer, "source": command}})
 
     def _spindles(self):
-        for spindle in range(int(self.ini.get("TRAJ", "SPINDLES") or 1)):
+        for spindle in range(number_in(self.ini, "TRAJ", "SPINDLES", 1, int)):
             source = "spindle.%d.speed-out-rps" % spindle
             for pin in ("revs", "speed-in"):
                 part = self._part(self._writer("spindle.%d.%s" % (spindle, pin)))
@@ -135,12 +146,12 @@ class Parts:
         """Home and limit switches, at their places of the travel. The machine starts a little before its home switch."""
         margin = MARGIN["inch" if (self.ini.get("TRAJ", "LINEAR_UNITS") or "mm").lower() in ("inch", "in", "imperial") else "mm"]
         switches = {}
-        for joint in range(int(self.ini.get("KINS", "JOINTS") or 0)):
+        for joint in range(number_in(self.ini, "KINS", "JOINTS", 0, int)):
             command = self.signals.get("joint.%d.motor-pos-cmd" % joint)
             if not command:
                 continue
             def number(name, section="JOINT_%d" % joint):
-                return float(self.ini.get(section, name) or 0)
+                return number_in(self.ini, section, name, 0, float)
             search, home = number("HOME_SEARCH_VEL"), number("HOME_OFFSET")
             direction = -1 if search < 0 else 1
             start = home - direction * margin if search else number("HOME")

@@ -31,7 +31,7 @@ SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange",
 FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
 LIKE_A_BIT = re.compile(
     r"enable|fault|limit|home|-in(-not)?$|-out(-not)?$|led|button|switch|open|clos|lock|flood|mist|stop|ready|\bon$|"
-    r"change|probe|brake",
+    r"change|probe|brake|\b(in|out)-\d+(-not)?$",
     re.I,
 )
 # A module that is not installed here, or that looks for its hardware in vain.
@@ -54,7 +54,7 @@ class StandIns:
         self.files = model_files(ini.folder)
         self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
         self.trial, self.ini, self.described, self.numbers = trial, ini, {}, {}
-        self.pages = []  # the beginning of a pin's name, and a manual page that can have the pin
+        self.pages = []  # the beginning of a pin's name, the page that can have the pin, and how names begin there if otherwise
         trial.read.update(files)
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
@@ -90,8 +90,8 @@ class StandIns:
 
     def _on_page(self, name):
         """Type and direction of a pin in the manual page of its driver."""
-        pages = (page for head, page in self.pages if re.match(head, name))
-        return next(filter(None, (page.kind(name) for page in pages)), [None, None])
+        pages = ((page, re.sub(head, other, name, count=1) if other else name) for head, page, other in self.pages if re.match(head, name))
+        return next(filter(None, (page_of(page).kind(there) for page, there in pages)), [None, None])
 
     def _told(self, name):
         """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
@@ -128,6 +128,7 @@ class StandIns:
             if of_module(self.files, module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
                 lines.setdefault(module, found[0].strip())
         self.drivers += lines
+        self._learn_components()
         if not self.drivers:
             return
         by_module = {module: of_module(self.files, module) for module in self.drivers}
@@ -135,7 +136,7 @@ class StandIns:
         for module, file in by_module.items():
             head = file.head(module) if file else module
             pages = (module, *(file.pages if file else ()))
-            self.pages += [(r"%s(\.\d+)?\." % head, page_of(name)) for name in pages]
+            self.pages += [(r"%s(\.\d+)?\." % head, name, None) for name in pages]
         described = []
         for module, file in by_module.items():
             named = re.search(r"\bnames=(\S+)", lines[module])  # instances have names of their own
@@ -155,6 +156,15 @@ class StandIns:
             if file and file.misses:
                 self.misses[module] = file.misses
 
+    def _learn_components(self):
+        """The pages of LinuxCNC's components: a pin of a driver has the type of the pin that it is netted to."""
+        for found in re.finditer(r"^[ \t]*(?:hal[ \t]+)?loadrt[ \t]+([\w-]+)(.*)$", self.all, re.M):
+            if found[1] not in self.drivers:
+                named = re.search(r"\bnames=(\S+)", found[2])
+                head = re.sub("[-_]", "[-_]", found[1]) + r"\.\d+"
+                names = map(re.escape, named[1].strip("\"'").split(",")) if named else [head]
+                self.pages += [("^%s\\." % name, found[1], found[1].replace("_", "-") + ".0.") for name in names]
+
     def _load(self, lines):
         """Learns the pins of drivers that can be loaded without their hardware."""
         lines = list(lines)
@@ -173,7 +183,7 @@ class StandIns:
             if not program or name in self.programs or not (is_given or self._cannot_run_here(program)):
                 continue
             self.programs.append(name)
-            self.pages.append((re.escape(name) + r"\.", page_of(os.path.basename(program))))
+            self.pages.append((re.escape(name) + r"\.", os.path.basename(program), None))
             file = of_program(self.files, os.path.basename(program))
             self._describe(name, {**self.pins_behind(name), **(file.program_pins if file else {})}, file.follow if file else {})
             self._cover(name, program)

@@ -12,7 +12,8 @@ import shutil
 import subprocess
 import sys
 
-PREFIX = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+# By the name that started this program: in a build, its folder is a link.
+PREFIX = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(sys.argv[0])))))
 sys.path.append(os.path.join(PREFIX, "python"))
 import hal_text  # noqa: E402
 from stand_ins import StandIns, script  # noqa: E402

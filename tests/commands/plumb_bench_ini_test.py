@@ -77,7 +77,7 @@ class WholeMachine(unittest.TestCase):
         self.assertIn("second.tcl", done.stderr)
 
     def test_samples_of_linuxcnc_run(self):
-        for folder, name in ((".", "axis_mm.ini"), (".", "minimal_xyz.ini"), ("ini_with_includes", "includes_demo.ini"), ("twopass", "twopass.ini"), ("halui_pyvcp", "halui.ini")):
+        for folder, name in ((".", "axis_mm.ini"), (".", "minimal_xyz.ini"), ("ini_with_includes", "includes_demo.ini"), ("twopass", "twopass.ini"), ("halui_pyvcp", "halui.ini"), ("vismach/hbm", "hbm.ini")):
             with self.subTest(name):
                 path = os.path.join(self.copy(folder), name) if folder != "." else self.top(name)
                 done = self.bench("--ini", path, "--models", "--for", "1s", "--expect", "finite({joint.0.motor-pos-cmd})")
