@@ -108,6 +108,7 @@ COMMANDS = {
         "scripts/test-arm64": LONG,
         "scripts/linuxcnc-tests": NETWORK,
         "scripts/wire-samples": LONG,
+        "scripts/bench-configs FOLDER": Tested("tests/scripts/bench_configs_script_test.py", "bench_configs.py"),
         "scripts/campaign faults --for 2h": LONG,
         "cmake -S . -B build-thread ...": LONG,
         "cmake --build build-thread ...": LONG,
