@@ -352,7 +352,9 @@ private:
         std::string words = trimmed(last_words_);
         if (words.size() > kept_words) words.erase(0, words.size() - kept_words);
         death_ = "the virtual-time host died (" + cause + "); " +
-                 (words.empty() ? "it left no words" : "its last words: " + words);
+                 (words.empty()  ? "it left no words"
+                  : show_output_ ? "its last words stand above"
+                                 : "its last words: " + words);
         throw HostDied(death_);
     }
 

@@ -65,6 +65,7 @@ class EveryRunEnds(unittest.TestCase):
                 )
                 self.assertEqual(status, 1, output)
                 self.assertIn("plumb-host: two.update has not returned for 5 s: the run ends", output)
+                self.assertEqual(output.count("has not returned"), 1, output)
 
     def test_it_ends_a_run_of_programs(self):
         file = self.write(BUSY + "setp one.hold 1e9\nstart\nloadusr -w sleep 1000\n")
