@@ -276,10 +276,12 @@ class Touches : public hal::Group {
 public:
     using Group::Group;
 
-    // `law`: growth by the law, here and now; `offset`: in force; `still`: the touch counts; `between`: no
-    // part is made.
-    void step(const Settings& settings, const Eigen::Vector3d& law, const Eigen::Vector3d& offset,
-              double driven, bool still, bool between, double dt) noexcept {
+    // `line`: the law now; `offset`: in force; `still`: the touch counts; `between`: no part is made; `zero`:
+    // a work zero was set.
+    void step(const Settings& settings, const GrowthLaw::Line& line, const Eigen::Vector3d& place,
+              const Eigen::Vector3d& offset, double driven, bool still, bool between, bool zero,
+              double dt) noexcept {
+        const Eigen::Vector3d law = line.at(place, settings.law.pivot);
         if (!(settings.law == law_of_)) {
             for (ProbedReference& each : axes_) each.forget();
             law_of_ = settings.law;
@@ -287,7 +289,11 @@ public:
         }
         const double number = axis_, position = position_;
         const int axis = number > 0.5 && number < 3.5 ? static_cast<int>(std::lround(number)) - 1 : -1;
-        for (int k = 0; k < 3; ++k) axes_[static_cast<std::size_t>(k)].step(dt, of_axis(settings, k));
+        for (int k = 0; k < 3; ++k) {
+            ProbedReference& its = axes_[static_cast<std::size_t>(k)];
+            its.step(dt, of_axis(settings, k));
+            if (zero) its.count_from_zero(line.at(touched_at_, settings.law.pivot)[k], of_axis(settings, k));
+        }
         if (touched_.rises(axis >= 0)) {
             outcome_ = Probing::not_now;
             if (still && std::abs(position) <= farthest) {
@@ -296,6 +302,7 @@ public:
                                   (!its.referred() || std::abs(its.since(law[axis])) <= settings.harmless);
                 outcome_ = its.probe(position + offset[axis], law[axis], cold, of_axis(settings, axis));
                 moved_ = outcome_ == Probing::moved;
+                touched_at_[axis] = place[axis];
             }
             told_for_ = told_time;
             for (int k = 0; k < 3; ++k) changes_[k] = axes_[static_cast<std::size_t>(k)].change(law[k]);
@@ -315,6 +322,11 @@ public:
             line.offset[k] = its.scale() * line.offset[k] + its.shift();
             line.slope[k] *= its.scale();
         }
+    }
+    // Standard uncertainties, `without` touches at first.
+    Eigen::Vector3d sigmas(const Eigen::Vector3d& law, Eigen::Vector3d without) const noexcept {
+        for (int k = 0; k < 3; ++k) without[k] = axes_[static_cast<std::size_t>(k)].sigma(law[k], without[k]);
+        return without;
     }
     bool moved() const noexcept { return moved_; }
     bool revoked() const noexcept {
@@ -347,7 +359,7 @@ private:
     hal::Told told_{this, "touch-news", hal::Tell::text, "{touch-code}"};
 
     std::array<ProbedReference, 3> axes_;
-    Eigen::Vector3d changes_ = Eigen::Vector3d::Zero();
+    Eigen::Vector3d changes_ = Eigen::Vector3d::Zero(), touched_at_ = changes_;
     GrowthLaw law_of_;
     Edge touched_;
     Probing outcome_ = Probing::none;
@@ -458,15 +470,17 @@ struct AxisGrowth final : hal::Component {
             slow_drive_.step(speed_, slow, dt), dt);
 
         GrowthLaw::Line line = settings_.law.at(sensors.rises(), driven);
-        if (zero_edge_.rises(zero_set) && sensors.all_known()) zero_ = {sensors.values(), driven, true};
+        const bool zero = zero_edge_.rises(zero_set) && sensors.all_known();
+        if (zero) zero_ = {sensors.values(), driven, true};
         const bool homed = all_homed, enabled = permission.enabled();
         const bool applies = enabled && homed && sensors.all_known();
         const bool counts = homed && sensors.all_known() && sensors.lost() == 0 && !ramp_.ramping() &&
                             position_good_ && !settings_.law.is_empty();
-        touches.step(settings_, line.at(position_, settings_.law.pivot), ramp_.offset(), driven, counts,
-                     !cycle_running, dt);
+        const Eigen::Vector3d by_law = line.at(position_, settings_.law.pivot);
+        touches.step(settings_, line, position_, ramp_.offset(), driven, counts, !cycle_running, zero, dt);
         touches.correct(line);
         const double part = trust(driven, applies);
+        sigma_ = touches.sigmas(by_law, sigma_);
         follow(line, applies ? part : 0, jumped, dt);
 
         const Eigen::Vector3d grown = line.at(position_, settings_.law.pivot);

@@ -84,7 +84,8 @@ constexpr const char* sentence(Probing probing) {
             return "This touch is the reference: growth counts from here. If the machine is warm, restart "
                    "LinuxCNC when it is cold, and touch the reference again.";
         case Probing::no_reference:
-            return "The reference was never touched on the cold machine, so this touch corrects nothing.";
+            return "No touch belongs to the work zero, so this touch corrects nothing. Touch the reference "
+                   "on the cold machine, or before you set the work zero.";
         case Probing::first:
             return "The reference is touched. A second touch that agrees corrects the growth.";
         case Probing::corrected:

@@ -2,8 +2,11 @@
 // The law of an axis, corrected by a bore or surface that is fixed to the machine, and that a probe touches.
 //
 // probe() once for each touch, step() in each period, take_over() between two parts; corrected() is applied.
+// count_from_zero() once for each work zero that is set.
 //
-// 1. On the cold machine a touch is the reference: growth and law count from there.
+// 1. On the cold machine a touch is the reference: growth and law count from there. A work zero contains the
+//    error that the law has by then: the touch before it is the new reference, and the correction in force
+//    stays as an offset. Without such a touch the law goes on without corrections.
 // 2. Warm, the drift M since the reference is compared with the drift L by the law. Two touches that agree
 //    within their uncertainty count as one reading, their mean.
 // 3. Three explanations compete. The law is right; or it has an error that is another one at each reading; or
@@ -49,7 +52,12 @@ public:
     // `measured`: where the probe touched, with all growth in it; `law`: the growth there by the law, mu.
     Probing probe(double measured, double law, bool cold, const Settings& settings) noexcept {
         if (cold) return refer(measured, law, settings);
-        if (!referred_) return Probing::no_reference;
+        if (!referred_) {
+            measured_cold_ = measured;
+            first_law_ = law - law_cold_;
+            touched_ = true;
+            return Probing::no_reference;
+        }
         if (revoked_) return Probing::revoked;
         const double drift = measured - measured_cold_, by_law = law - law_cold_;
         const double u = settings.uncertainty * std::sqrt(2.0);  // of the reference, too
@@ -66,8 +74,22 @@ public:
         first_ = !(had_first && agrees);
         first_drift_ = drift;
         first_law_ = by_law;
-        if (!had_first) return Probing::first;
-        return agrees && learn(mean_drift, mean_law, settings) ? Probing::corrected : Probing::moved;
+        touched_ = !had_first || (agrees && learn(mean_drift, mean_law, settings));
+        return !had_first ? Probing::first : touched_ ? Probing::corrected : Probing::moved;
+    }
+
+    // A work zero was set, at this growth by the law. The last touch belongs to it if the law has not grown
+    // by more than half of least_drift since.
+    void count_from_zero(double law, const Settings& settings) noexcept {
+        if (revoked_) return;
+        const double by_law = law_cold_ + first_law_;
+        ProbedReference its;
+        if (touched_ && std::abs(law - by_law) <= settings.least_drift / 2)
+            its.refer(measured_cold_ + first_drift_, by_law, settings);
+        else
+            its.law_cold_ = law;
+        its.kept_ = corrected(law) - law;
+        *this = its;
     }
 
     // The offset fades, and the law gets another one.
@@ -91,6 +113,16 @@ public:
     double corrected(double law) const noexcept { return of(law, force_, force_revoked_); }
     double scale() const noexcept { return force_revoked_ ? 0 : force_.scale; }
     double shift() const noexcept { return corrected(0); }
+    // Standard uncertainty of that growth; `without`: without touches. The explanations that compete add the
+    // distance between them, and a change that is not in force adds itself.
+    double sigma(double law, double without) const noexcept {
+        if (force_revoked_) return without;
+        const double by_law = law - law_cold_, p = probability_, apart = found_.of(by_law) - by_law;
+        const Eigen::RowVector2d seen(1, by_law);
+        const double square = p * (seen * covariance_ * seen.transpose())(0) + (1 - p) * without * without +
+                              p * (1 - p) * apart * apart;
+        return std::hypot(std::sqrt(square), change(law));
+    }
     // By how much take_over() would change it.
     double change(double law) const noexcept { return of(law, wanted(), revoked_) - corrected(law); }
     // Growth by the law since the reference.
@@ -109,8 +141,7 @@ private:
     };
 
     double of(double law, const Correction& its, bool revoked) const noexcept {
-        if (revoked) return law_cold_;
-        return referred_ ? law_cold_ + its.of(law - law_cold_) : law;
+        return kept_ + law_cold_ + (revoked ? 0 : its.of(law - law_cold_));
     }
     Correction wanted() const noexcept {
         return {probability_ * found_.offset, 1 + probability_ * (found_.scale - 1)};
@@ -119,10 +150,10 @@ private:
     Probing refer(double measured, double law, const Settings& settings) noexcept {
         measured_cold_ = measured;
         law_cold_ = law;
-        found_.offset = 0;
+        found_.offset = first_drift_ = first_law_ = 0;
         covariance_ =
             Eigen::Vector2d(settings.law_sigma * settings.law_sigma, scale_sigma * scale_sigma).asDiagonal();
-        referred_ = true;
+        referred_ = touched_ = true;
         first_ = false;
         worse_by_ = 0;
         touches_ = 0;
@@ -156,8 +187,10 @@ private:
         return true;
     }
 
+    bool touched_ = false;  // the last touch may be a reference
     bool referred_ = false, first_ = false, revoked_ = false, force_revoked_ = false;
     double measured_cold_ = 0, law_cold_ = 0, first_drift_ = 0, first_law_ = 0;
+    double kept_ = 0;  // correction that the work zero contains
     // Squares of what the law left since the reference, less those of the drift and of what it may leave
     double worse_by_ = 0;
     int touches_ = 0;  // since the reference

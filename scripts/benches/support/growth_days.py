@@ -17,7 +17,8 @@ from support.touches import SIGMA, touch
 PERIOD = 1  # s, of the thread
 SETTLE = 600  # s at the first row of a day, before the work zero is set
 TOUCHES = 7200  # s from two touches of the reference to the next two
-INSTANCES = ("axis-growth", "touched")  # the second one is corrected by the touches
+ZERO = 1.5 * TOUCHES  # s, of another work zero, between touches
+INSTANCES = ("axis-growth", "touched", "zeroed")  # touches correct the second and the third; the third gets the other work zero, too
 
 
 class Day:
@@ -91,7 +92,7 @@ def use(law, day):
     with TemporaryFolder() as folder, plumb.Host() as host:
         replay, recording = os.path.join(folder, "day.csv"), os.path.join(folder, "offsets.csv")
         names = ["%s.%s" % (instance, pin) for instance in INSTANCES for pin in pins]
-        write_rows(replay, ["time", *names], np.column_stack([day.time, *values, *values]))
+        write_rows(replay, ["time", *names], np.column_stack([day.time, *values * len(INSTANCES)]))
         host.command("loadrt threads name1=servo-thread period1=%d" % (PERIOD * 10**9))
         host.command("loadrt axis_growth names=%s interlock=no sensors=4" % ",".join(INSTANCES))
         for instance in INSTANCES:
@@ -105,20 +106,25 @@ def use(law, day):
                     host.command(line.replace("axis-growth.", instance + "."))
         host.command("start")
         host.run(SETTLE)
-        touch(host, "touched", {axis: growth[0] for axis, growth in day.growth.items()}, draw)
+        for instance in INSTANCES[1:]:
+            touch(host, instance, {axis: growth[0] for axis, growth in day.growth.items()}, draw)
         for instance in INSTANCES:
             host.set(instance + ".zero-set", True)
         host.run(1)
+        host.set("zeroed.zero-set", False)
         names = ["axis-growth.doubt"]
         names += ["%s.%s-%s" % (instance, axis, pin) for instance in INSTANCES for axis in day.growth for pin in ("offset", "growth-sigma")]
         host.record(recording, names, 60)
         left, now = host.replay(replay), 0
         while left > TOUCHES:
-            host.run(TOUCHES)
+            host.run(TOUCHES / 2)
+            host.set("zeroed.zero-set", now + TOUCHES / 2 >= ZERO)
+            host.run(TOUCHES / 2)
             now += TOUCHES
             for _ in range(2):
-                touch(host, "touched", {axis: np.interp(now, day.time, growth) for axis, growth in day.growth.items()}, draw)
-            spent = 4 * len(day.growth) * PERIOD
+                for instance in INSTANCES[1:]:
+                    touch(host, instance, {axis: np.interp(now, day.time, growth) for axis, growth in day.growth.items()}, draw)
+            spent = 8 * len(day.growth) * PERIOD
             now, left = now + spent, left - TOUCHES - spent
         host.run(left)
         column = read_columns(recording)
@@ -149,12 +155,17 @@ def pair(learnt_path, used_path):
         none = np.interp(time, used.time, growth) - growth[0]
         left = none - offsets[axis]
         single = none - np.interp(time, used.time, one_temperature(learnt, used, axis))
+        touched, zeroed = (none - by_instance[instance][0][axis] for instance in INSTANCES[1:])
+        warm = time > min(ZERO + 60, time[-1] / 2)
         harmed = np.abs(left) > np.abs(none) + 1
         found[axis] = {
             "none": rms(none),
             "left": rms(left),
             "single": rms(single),
-            "touched": rms(none - by_instance["touched"][0][axis]),
+            "touched": rms(touched),
+            "touched covered": float(np.mean(np.abs(touched) <= 2 * by_instance["touched"][1][axis])),
+            "touched sigma": float(np.median(by_instance["touched"][1][axis])),
+            "since zero": {name: rms((its - its[warm][0])[warm]) for name, its in (("law", left), ("zeroed", zeroed), ("touched", touched))},
             "held": rms(none - held(time, none)),
             "doubt": float(np.mean(doubt)),
             "announced": bool(np.mean(doubt[harmed]) >= 0.5) if harmed.any() else False,
@@ -199,8 +210,11 @@ def figures(paths, pairs):
             sum(row[2]["touched"] > row[2]["left"] + 1 for row in rows),
             rms([row[2]["held"] for row in rows]),
         ),
+        "of it since a work zero after %g h: %.1f um; counted from the first reference: %.1f um; without touches: %.1f um"
+        % (ZERO / 3600, *(rms([row[2]["since zero"][name] for row in rows]) for name in ("zeroed", "touched", "law"))),
         "within 2 sigma: %.0f %% of the time, mean of the pairs; sigma %.1f um, median of the pairs, beside %.1f um that were left, median"
         % (100 * np.mean([row[2]["covered"] for row in rows]), np.median([row[2]["sigma"] for row in rows]), np.median([row[2]["left"] for row in rows])),
+        "the same with touches: %.0f %%, sigma %.1f um" % (100 * np.mean([row[2]["touched covered"] for row in rows]), np.median([row[2]["touched sigma"] for row in rows])),
         "in doubt for more than a tenth of the time: %d of %d" % (sum(row[2]["doubt"] > 0.1 for row in rows), len(rows)),
     ]
     return lines

@@ -76,6 +76,8 @@ def simulate(structure, seed, duration, hours, progress):
                 "none": growth,
                 "left": left,
                 "touched": growth - (touched - touched[0]),
+                "touched covered": float(np.mean(np.abs(growth - (touched - touched[0])) <= 2e3 * column["touched.%s-growth-sigma" % axis])),
+                "sigmas": (float(np.median(sigma)), float(np.median(1e3 * column["touched.%s-growth-sigma" % axis]))),
                 "covered": float(np.mean(np.abs(left) <= 2 * sigma)),
                 "announced": bool(harmed.any() and np.mean(doubt[harmed]) >= 0.5),
                 "doubt": float(np.mean(doubt)),
@@ -106,11 +108,12 @@ def work(folder, seed, settings, law, duration, progress):
         host.command("start")
         host.run(SETTLE)
         touches(1)
-        host.set("axis-growth.zero-set", True)
+        for instance in ("axis-growth", "touched"):
+            host.set(instance + ".zero-set", True)
         host.run(PERIOD)
         names = ["axis-growth.doubt"] + DEVIATIONS
         names += ["axis-growth.%s-%s" % (axis, pin) for axis in "xyz" for pin in ("offset", "growth-sigma")]
-        names += ["touched.%s-offset" % axis for axis in "xyz"]
+        names += ["touched.%s-%s" % (axis, pin) for axis in "xyz" for pin in ("offset", "growth-sigma")]
         host.record(path, names, EVERY)
         run_day(host, "artifact.spindle-speed-cmd", seed, duration, progress, lambda: touches(2))
         return read_columns(path)
@@ -157,5 +160,10 @@ def figures(outcomes):
     lines.append(
         "touched twice at each change of duty, %g um a touch: %.1f um in space; worse by %g um than without: %d, than without touches: %d of %d axes"
         % (SIGMA, rms(spaces["touched"]), WORSE, *worse, len(axes))
+    )
+    all_axes = [axis for found in outcomes.values() for machine in found for axis in machine]
+    lines.append(
+        "within 2 sigma: %.1f %% without touches, %.1f %% with touches; median sigma %.1f and %.1f um"
+        % (*(100 * np.mean([axis[name] for axis in all_axes]) for name in ("covered", "touched covered")), *np.median([axis["sigmas"] for axis in all_axes], axis=0))
     )
     return lines

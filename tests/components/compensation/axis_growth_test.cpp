@@ -424,6 +424,30 @@ TEST(AxisGrowth, TwoTouchesOfAReferenceCorrectTheLawBetweenParts) {
     EXPECT_NEAR(m.get("z-offset"), 0.0745, 0.002) << "the scale goes on";
 }
 
+TEST(AxisGrowth, AWorkZeroOfAWarmMachineKeepsTheCorrectionThatItContains) {
+    Touched m;
+    m.set({{"slow-time", 10}, {"z-growth-sigma-0", 0.002}});
+    m.touch(0);
+    m.set("temperature-0", 30);
+    m.run(0.1);
+    const double without = m.get("z-growth-sigma");
+    m.touch(0.05);
+    EXPECT_EQ(m.touch(0.05), corrected);
+    m.run(0.1);
+    EXPECT_LT(m.get("z-growth-sigma"), without) << "by the touches";
+    const double before = m.get("z-offset");
+    EXPECT_GT(before, 0.044);
+    m.set("zero-set", 1);
+    m.run(20);
+    EXPECT_NEAR(m.get("z-offset"), before, 0.0005) << "it does not fade";
+    EXPECT_EQ(m.touch(0.05), reference) << "the spindle stands";
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), before, 0.0005) << "the zero contains the error";
+    m.set("temperature-0", 31);
+    m.run(0.1);
+    EXPECT_NEAR(m.get("z-offset"), before + 0.004, 0.0005);
+}
+
 TEST(AxisGrowth, ALawThatTwoTouchesFindWorseThanNoneIsRevoked) {
     Touched m;
     m.touch(0);

@@ -33,6 +33,60 @@ TEST_F(Bore, WithoutAReferenceAWarmProbingChangesNothing) {
     EXPECT_EQ(bore.corrected(30 * um), 30 * um);
 }
 
+// The zero contains the error of 15 um that the touches found: it is no error of the next part.
+TEST_F(Bore, AWorkZeroMakesTheTouchBeforeItTheReference) {
+    for (int touch = 0; touch < 2; ++touch) warm(75 * um, 60 * um);
+    bore.take_over();
+    const double before = bore.corrected(62 * um);
+    bore.count_from_zero(62 * um, settings);
+    EXPECT_NEAR(bore.corrected(62 * um), before, 1e-12) << "nothing moves";
+    for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+    for (int touch = 0; touch < 2; ++touch) warm(95 * um, 80 * um);
+    bore.take_over();
+    EXPECT_NEAR(bore.corrected(80 * um), before + 18 * um, 0.1 * um);
+    for (int touch = 0; touch < 2; ++touch) warm(105 * um, 80 * um);
+    EXPECT_GT(bore.change(80 * um), 0.5 * um) << "an error that came after the zero";
+}
+
+TEST_F(Bore, AWorkZeroWithoutATouchEndsTheCorrections) {
+    for (int touch = 0; touch < 2; ++touch) warm(75 * um, 60 * um);
+    bore.take_over();
+    const double before = bore.corrected(90 * um);
+    bore.count_from_zero(90 * um, settings);
+    EXPECT_NEAR(bore.corrected(90 * um), before, 1e-12) << "nothing moves";
+    for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+    bore.take_over();
+    EXPECT_NEAR(bore.corrected(100 * um), before + 10 * um, 1e-12) << "the law goes on, and nothing fades";
+    EXPECT_EQ(warm(120 * um, 100 * um), Probing::no_reference);
+    bore.count_from_zero(101 * um, settings);
+    EXPECT_EQ(warm(120 * um, 100 * um), Probing::first) << "the touch before this zero is its reference";
+}
+
+TEST_F(Bore, TouchesThatDisagreeAreNoReferenceOfAZero) {
+    warm(30 * um, 30 * um);
+    EXPECT_EQ(warm(38 * um, 30 * um), Probing::moved);
+    bore.count_from_zero(30 * um, settings);
+    EXPECT_EQ(warm(38 * um, 30 * um), Probing::no_reference);
+}
+
+TEST_F(Bore, TouchesLowerTheUncertaintyOfTheGrowth) {
+    const double without = 20 * um;
+    EXPECT_EQ(bore.sigma(60 * um, without), without);
+    EXPECT_EQ(warm(75 * um, 60 * um), Probing::first);
+    EXPECT_EQ(bore.sigma(60 * um, without), without) << "one touch is no reading";
+    for (int touch = 0; touch < 3; ++touch) warm(75 * um, 60 * um);
+    const double not_in_force = bore.sigma(60 * um, without);
+    EXPECT_GT(not_in_force, bore.change(60 * um));
+    bore.take_over();
+    EXPECT_LT(bore.sigma(60 * um, without), not_in_force);
+    const double now = bore.sigma(60 * um, without);
+    EXPECT_LT(now, 0.6 * without);
+    EXPECT_GT(now, settings.uncertainty);
+    EXPECT_GT(bore.sigma(120 * um, without), now) << "by the scale";
+    for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+    EXPECT_GT(bore.sigma(60 * um, without), now) << "another error comes";
+}
+
 // Of an error, by Student's t with three degrees of freedom.
 double likelihood(double error, double variance) {
     return std::pow(1 + error * error / (3 * variance), -2) / std::sqrt(variance);
