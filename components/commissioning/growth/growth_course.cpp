@@ -18,6 +18,9 @@
 namespace plumb::commissioning {
 namespace {
 
+// Name of the sensor of the artifact, if the log does not state it.
+constexpr std::string_view artifact_sensor = "artifact";
+
 // The meaning of a column of a table.
 struct Meaning {
     enum Kind { nothing, time, speed, temperature, growth } kind = nothing;
@@ -188,6 +191,12 @@ double value_at(const GrowthSamples& samples, double time) {
     return (1 - share) * last->second + share * next->second;
 }
 
+std::pair<double, double> range_of(const GrowthSamples& samples) {
+    const auto [low, high] = std::minmax_element(
+        samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return {low->second, high->second};
+}
+
 GrowthCourse course_of(const GrowthLog& log) {
     GrowthCourse course;
     course.file = log.file;
@@ -214,7 +223,8 @@ GrowthCourse course_of(const GrowthLog& log) {
         const auto named = log.sensors.find(number);
         const std::string name =
             named == log.sensors.end() ? "sensor " + std::to_string(number) : named->second;
-        course.sensors.push_back({name, number - 1, samples});
+        const bool artifact = log.artifact ? number == log.artifact->sensor : name == artifact_sensor;
+        course.sensors.push_back({name, number - 1, samples, artifact});
     }
     return course;
 }
@@ -279,8 +289,10 @@ GrowthCourse read_growth_course(const std::string& file, const std::map<std::str
         }
         course.values.push_back(value);
     }
-    for (const auto& [column, samples] : temperatures)
-        course.sensors.push_back({table.columns()[column].head, -1, samples});
+    for (const auto& [column, samples] : temperatures) {
+        const std::string& head = table.columns()[column].head;
+        course.sensors.push_back({head, -1, samples, head == artifact_sensor});
+    }
     course.taken = "Taken as: " + meanings.taken;
     if (equal > 0)
         course.taken += "; " + std::to_string(equal) + " rows have the time of the row before: their mean";

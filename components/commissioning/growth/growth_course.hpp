@@ -22,6 +22,7 @@ struct GrowthCourse {
         std::string name;
         int number = -1;        // of axis_growth, from 0; -1 if the law may number it
         GrowthSamples samples;  // degC
+        bool artifact = false;  // whose own expansion is left out
     };
     struct Value {
         double time = 0;  // s
@@ -44,6 +45,8 @@ struct GrowthCourse {
 
 // The value at a time, straight between samples.
 double value_at(const GrowthSamples& samples, double time);
+// Lowest and highest value.
+std::pair<double, double> range_of(const GrowthSamples& samples);
 
 GrowthCourse course_of(const GrowthLog& log);
 

@@ -168,10 +168,8 @@ GrowthGauges growth_gauges(const GrowthCourse& course, double distance) {
     find_spindle(course, test);
     for (Quantity& its : test.quantities) measure(its, test);
     for (const GrowthCourse::Sensor& sensor : course.sensors) {
-        const auto [low, high] =
-            std::minmax_element(sensor.samples.begin(), sensor.samples.end(),
-                                [](const auto& a, const auto& b) { return a.second < b.second; });
-        test.ranges.emplace_back(sensor.name, high->second - low->second);
+        const auto [low, high] = range_of(sensor.samples);
+        test.ranges.emplace_back(sensor.name, high - low);
     }
     compare_with_standard(test);
     return test;

@@ -22,7 +22,7 @@ using Eigen::Index;
 
 std::string line(const std::string& pin, double value) {
     char text[120];
-    std::snprintf(text, sizeof text, "setp %-30s %.6g\n", pin.c_str(), value);
+    std::snprintf(text, sizeof text, "setp %-30s %.6g\n", ("axis-growth." + pin).c_str(), value);
     return text;
 }
 
@@ -56,7 +56,7 @@ std::string GrowthIdentified::sentence(int axis) const {
 GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
                                    const GrowthIdentifyOptions& options) {
     const GrowthObservations data = growth_observations(days, options);
-    const AxisLaws laws = best_laws(data, options.speed_exponent);
+    const AxisLaws laws = best_laws(data);
     const double unit = days.front().millimetres;
     GrowthIdentified result;
     result.days = days.size();
@@ -89,7 +89,7 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
         its.scale = found.scale;
         its.slope = law.form.slope;
         its.speed = law.form.speed;
-        const std::string prefix = options.instance + '.' + "xyz"[axis] + '-';
+        const std::string prefix = std::string(1, "xyz"[axis]) + '-';
         double rest = std::isfinite(found.predicted_rest) ? found.predicted_rest : found.drift;
         // Without a law a few blocks are all that shows how large the drift of another day may be.
         if (!its.used) rest *= coverage_factor(std::max<double>(found.block_rests.size(), 1)) / 2;
@@ -115,7 +115,6 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
     for (const auto& law : laws) {
         if (!law || !law->form.speed) continue;
         drive.emplace();
-        drive->exponent = options.speed_exponent;
         drive->turning_time = law->form.turning;
         drive->stopped_time = law->form.stopped;
         break;
@@ -133,7 +132,7 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
                 if (term.name == sensor->name) most = std::max(most, std::abs(term.value));
         growths.push_back(most);
     }
-    const auto watch = learned_watch(judged, growths, data.speeds, drive, options.speed_exponent);
+    const auto watch = learned_watch(judged, growths, data.speeds, drive);
     if (!numbered.empty())
         lines +=
             "# Load axis_growth with sensors=" + std::to_string(numbered.rbegin()->first + 1) + " or more\n";
@@ -141,33 +140,32 @@ GrowthIdentified growth_identified(const std::vector<GrowthCourse>& days,
     for (const auto& [number, sensor] : numbered) {
         const std::string its = std::to_string(number);
         lines += "# " + sensor->name + "\n";
-        lines += line(options.instance + ".reference-" + its, sensor->reference(0));
+        lines += line("reference-" + its, sensor->reference(0));
         double low = 0, high = 0;
-        for (const GrowthSamples& day : sensor->days)
-            for (const auto& [time, value] : day) {
-                low = std::min(low, value - sensor->reference(0));
-                high = std::max(high, value - sensor->reference(0));
-            }
-        lines += line(options.instance + ".rise-low-" + its, low);
-        lines += line(options.instance + ".rise-high-" + its, high);
+        for (const GrowthSamples& day : sensor->days) {
+            low = std::min(low, range_of(day).first - sensor->reference(0));
+            high = std::max(high, range_of(day).second - sensor->reference(0));
+        }
+        lines += line("rise-low-" + its, low);
+        lines += line("rise-high-" + its, high);
         if (watch) {
             const auto& expected = watch->settings;
-            lines += line(options.instance + ".expected-fast-" + its, expected.fast[place]);
-            lines += line(options.instance + ".expected-slow-" + its, expected.slow[place]);
-            lines += line(options.instance + ".expected-low-" + its, expected.low[place]);
-            lines += line(options.instance + ".expected-high-" + its, expected.high[place]);
-            lines += line(options.instance + ".expected-limit-" + its, expected.limit[place]);
+            lines += line("expected-fast-" + its, expected.fast[place]);
+            lines += line("expected-slow-" + its, expected.slow[place]);
+            lines += line("expected-low-" + its, expected.low[place]);
+            lines += line("expected-high-" + its, expected.high[place]);
+            lines += line("expected-limit-" + its, expected.limit[place]);
         }
         ++place;
     }
     if (watch) {
         drive = watch->drive;
-        lines += line(options.instance + ".slow-time", watch->settings.slow_time);
+        lines += line("slow-time", watch->settings.slow_time);
     }
     if (drive) {
-        lines += line(options.instance + ".speed-exponent", drive->exponent);
-        lines += line(options.instance + ".turning-time", drive->turning_time);
-        lines += line(options.instance + ".stopped-time", drive->stopped_time);
+        lines += line("speed-exponent", drive->exponent);
+        lines += line("turning-time", drive->turning_time);
+        lines += line("stopped-time", drive->stopped_time);
     }
     return result;
 }

@@ -12,12 +12,8 @@
 namespace plumb::commissioning {
 
 struct GrowthIdentifyOptions {
-    std::string instance = "axis-growth";
-    std::string artifact = "artifact";  // name of the sensor of the artifact, whose own expansion is left out
-    std::string air = "air";            // name of the sensor of the air, which no law follows closely
-    std::vector<std::string> sensors;   // names; all but the artifact's if empty
-    bool speed = true;                  // the spindle speed may be a term
-    double speed_exponent = 1.7;
+    std::string air = "air";           // name of the sensor of the air, which no law follows closely
+    std::vector<std::string> sensors;  // names; all but the artifact's if empty
 };
 
 // The law of a machine, as settings of axis_growth. Lengths are millimetres.

@@ -41,7 +41,7 @@ GrowthSamples driven(const GrowthSamples& speeds, const SpindleDrive::Settings& 
     return result;
 }
 
-AxisLaw fit(const GrowthObservations& data, int axis, const LawForm& form, double power) {
+AxisLaw fit(const GrowthObservations& data, int axis, const LawForm& form) {
     std::vector<const GrowthObservations::Value*> values;
     for (const auto& value : data.values)
         if (std::isfinite(value.place[axis])) values.push_back(&value);
@@ -70,7 +70,6 @@ AxisLaw fit(const GrowthObservations& data, int axis, const LawForm& form, doubl
     SpindleDrive::Settings settings;
     settings.turning_time = form.turning;
     settings.stopped_time = form.stopped;
-    settings.exponent = power;
     std::vector<GrowthSamples> drives;
     for (const GrowthSamples& day : data.speeds)
         drives.push_back(form.speed ? driven(day, settings) : GrowthSamples());
@@ -159,12 +158,12 @@ bool beats(const AxisLaw& law, const AxisLaw& rival) {
 
 }  // namespace
 
-AxisLaws best_laws(const GrowthObservations& data, double power) {
+AxisLaws best_laws(const GrowthObservations& data) {
     const auto subsets = choices(data.sensors.size(), data.sensors.size() > 3 ? 2 : 3);
     std::vector<std::pair<double, int>> order;
     for (int axis = 0; axis < 3; ++axis)
         if (data.measured[static_cast<std::size_t>(axis)])
-            order.emplace_back(-fit(data, axis, {}, power).found.drift, axis);
+            order.emplace_back(-fit(data, axis, {}).found.drift, axis);
     std::sort(order.begin(), order.end());
     const auto best_of = [&](int axis, std::set<std::size_t>& used, const LawForm& form) {
         const auto fits = [&](const std::vector<std::size_t>& subset) {
@@ -172,12 +171,12 @@ AxisLaws best_laws(const GrowthObservations& data, double power) {
             together.insert(subset.begin(), subset.end());
             return together.size() <= GrowthLaw::sensors;
         };
-        const AxisLaw none = fit(data, axis, {}, power);
+        const AxisLaw none = fit(data, axis, {});
         // The rivals: no law, and the line that fits the whole best.
         AxisLaw line = none;
         for (std::size_t s = 0; s < data.sensors.size(); ++s) {
             if (!fits({s})) continue;
-            AxisLaw its = fit(data, axis, {{s}}, power);
+            AxisLaw its = fit(data, axis, {{s}});
             if (line.form.sensors.empty() || its.found.rest < line.found.rest) line = std::move(its);
         }
         AxisLaw best = line.score < none.score ? line : none;
@@ -193,7 +192,7 @@ AxisLaws best_laws(const GrowthObservations& data, double power) {
                     its.slope = slope;
                     its.speed = speed;
                     if (its.terms() == 0) continue;
-                    AxisLaw law = fit(data, axis, its, power);
+                    AxisLaw law = fit(data, axis, its);
                     law.score *= price(its);
                     if (law.score < best.score && beats(law, none) && beats(law, line)) best = std::move(law);
                 }

@@ -42,6 +42,6 @@ using AxisLaws = std::array<std::optional<AxisLaw>, 3>;
 
 // Chooses the laws of the axes, beginning with the axis of the largest drift. All axes together use at most
 // as many sensors as axis_growth has. The time constants of the spindle are common to them.
-AxisLaws best_laws(const GrowthObservations& data, double power);
+AxisLaws best_laws(const GrowthObservations& data);
 
 }  // namespace plumb::commissioning

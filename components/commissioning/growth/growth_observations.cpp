@@ -33,12 +33,6 @@ GrowthSamples smoothed(const GrowthSamples& samples) {
     return result;
 }
 
-double range_of(const GrowthSamples& samples) {
-    const auto [low, high] = std::minmax_element(
-        samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    return high->second - low->second;
-}
-
 // How many speeds the spindle has had for a tenth of the time each. Two show no exponent.
 int speeds_of(const std::vector<GrowthCourse>& days) {
     std::map<int, double> times;  // by steps of a fifth
@@ -116,7 +110,7 @@ GrowthObservations growth_observations(const std::vector<GrowthCourse>& days,
     GrowthObservations data;
     data.places = days.front().places;
     // Friction depends on grease, preload and load: one day cannot show that it comes back on another.
-    data.turned = options.speed && days.size() > 1 && speeds_of(days) >= least_speeds;
+    data.turned = days.size() > 1 && speeds_of(days) >= least_speeds;
     int groups = 0;
     for (std::size_t day = 0; day < days.size(); ++day) {
         if (days[day].places != data.places)
@@ -136,19 +130,19 @@ GrowthObservations growth_observations(const std::vector<GrowthCourse>& days,
                 refuse(course, "there is no sensor '" + wanted + "'");
     bool warmed = false;
     for (const GrowthCourse::Sensor& first : days.front().sensors) {
-        const bool is_artifact = first.name == options.artifact;
         const auto& wanted = options.sensors;
         const bool chosen = wanted.empty()
-                                ? !is_artifact
+                                ? !first.artifact
                                 : std::find(wanted.begin(), wanted.end(), first.name) != wanted.end();
-        if (!chosen && (!is_artifact || days.front().expansion_out)) continue;
+        if (!chosen && (!first.artifact || days.front().expansion_out)) continue;
         GrowthObservations::Sensor sensor{first.name, first.number, first.name == options.air, {}};
         for (const GrowthCourse& course : days) {
             const auto its = named(course, first.name);
             if (its == course.sensors.end())
                 refuse(course, "has no sensor '" + first.name + "', which " + days.front().file + " has");
             sensor.days.push_back(smoothed(its->samples));
-            warmed |= chosen && range_of(sensor.days.back()) >= least_warming;
+            const auto [low, high] = range_of(sensor.days.back());
+            warmed |= chosen && high - low >= least_warming;
         }
         if (!chosen) {
             data.artifact = sensor;

@@ -224,7 +224,7 @@ std::string GrowthPlan::text() const {
                           term.hour_more, term.unit.c_str());
     const GrowthPlanMachine& its = options.machine;
     text += "\nfor " + (its.log.empty() ? "a usual machine" : "the machine of " + its.log) +
-            formatted(", whose law leaves %.1f um of a pass (--rest)\n", its.rest);
+            formatted(", whose law leaves %.1f um of a pass\n", its.rest);
     text += formatted(
         "spindle %.1f K above the structure in the end, in %.0f min, at rest in %.0f min; structure %.1f K "
         "in %.0f min\n",

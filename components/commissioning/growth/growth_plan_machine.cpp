@@ -18,16 +18,8 @@ constexpr double step = 60;         // s
 constexpr double least_rise = 1;    // K
 constexpr double least_rest = 0.5;  // um
 
-bool is_artifact(const Sensor& sensor) {
-    return sensor.name == GrowthIdentifyOptions().artifact;
-}
-
-double range_of(const Sensor& sensor) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const auto& [time, value] : sensor.samples) {
-        low = std::min(low, value);
-        high = std::max(high, value);
-    }
+double warming_of(const Sensor& sensor) {
+    const auto [low, high] = range_of(sensor.samples);
     return high - low;
 }
 
@@ -36,13 +28,13 @@ const Sensor& structure_of(const GrowthCourse& course) {
     const Sensor *least = nullptr, *air = nullptr;
     int parts = 0;
     for (const Sensor& sensor : course.sensors) {
-        if (is_artifact(sensor)) continue;
+        if (sensor.artifact) continue;
         if (sensor.name == GrowthIdentifyOptions().air) {
             air = &sensor;
             continue;
         }
         ++parts;
-        if (!least || range_of(sensor) < range_of(*least)) least = &sensor;
+        if (!least || warming_of(sensor) < warming_of(*least)) least = &sensor;
     }
     if (parts < 2) least = air;
     if (!least)
@@ -106,7 +98,7 @@ GrowthPlanMachine plan_machine_of(const GrowthCourse& course, double fastest) {
     }
     Fit spindle;
     for (const Sensor& sensor : course.sensors) {
-        if (sensor.name == structure.name || is_artifact(sensor)) continue;
+        if (sensor.name == structure.name || sensor.artifact) continue;
         const Rises rises = rises_of(course, fastest, [&](double t) {
             return value_at(sensor.samples, t) - value_at(structure.samples, t);
         });

@@ -102,9 +102,8 @@ GrowthPractice growth_practice(const GrowthAnalysis& analysis) {
     follow_cool_down(analysis, practice);
     compare_ends(analysis, practice);
     for (const auto& [sensor, samples] : analysis.temperatures) {
-        const auto [low, high] = std::minmax_element(
-            samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-        practice.ranges.emplace_back(analysis.sensor_name(sensor), high->second - low->second);
+        const auto [low, high] = range_of(samples);
+        practice.ranges.emplace_back(analysis.sensor_name(sensor), high - low);
     }
     return practice;
 }

@@ -48,8 +48,7 @@ double speed_at(const GrowthSamples& speeds, double time) {
 std::optional<GrowthWatch> learned_watch(const std::vector<const GrowthObservations::Sensor*>& sensors,
                                          const std::vector<double>& growths,
                                          const std::vector<GrowthSamples>& speeds,
-                                         const std::optional<SpindleDrive::Settings>& drive,
-                                         double exponent) {
+                                         const std::optional<SpindleDrive::Settings>& drive) {
     if (sensors.size() < 2) return {};
     if (std::any_of(speeds.begin(), speeds.end(), [](const auto& day) { return day.empty(); })) return {};
     const auto count = static_cast<Eigen::Index>(sensors.size());
@@ -136,7 +135,7 @@ std::optional<GrowthWatch> learned_watch(const std::vector<const GrowthObservati
     else
         for (const double turning : {300.0, 600.0, 1200.0, 2400.0})
             for (const double ratio : {1.0, 2.0, 4.0})
-                for (const double power : {1.0, exponent}) {
+                for (const double power : {1.0, SpindleDrive::Settings().exponent}) {
                     SpindleDrive::Settings its;
                     its.exponent = power;
                     its.turning_time = turning;

@@ -22,6 +22,6 @@ struct GrowthWatch {
 std::optional<GrowthWatch> learned_watch(const std::vector<const GrowthObservations::Sensor*>& sensors,
                                          const std::vector<double>& growths,
                                          const std::vector<GrowthSamples>& speeds,
-                                         const std::optional<SpindleDrive::Settings>& drive, double exponent);
+                                         const std::optional<SpindleDrive::Settings>& drive);
 
 }  // namespace plumb::commissioning

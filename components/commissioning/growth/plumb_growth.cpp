@@ -20,6 +20,7 @@
 #include "components/commissioning/growth/growth_plan.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
 #include "components/commissioning/picture_file.hpp"
+#include "components/io/files/growth_logs.hpp"
 #include "hal/command_line.hpp"
 #include "hal/program_end.hpp"
 
@@ -48,8 +49,8 @@ log of a test that still runs, or that was interrupted, is as good: only a fail 
   *.hal         axis_growth_settings.hal, if the first log shows a law of the machine
   *.png         the charts of the first log, if python3-matplotlib is installed
 
-Several logs are compared, such as before and after a repair. They must be of one machine. --json prints results.json
-and writes nothing.
+Several logs are compared, such as before and after a repair. They must be of one machine. A folder stands for its last log. --json
+prints results.json and writes nothing.
 
 The verdict of an axis is pass if it stays within its tolerance by its uncertainty U, and the test reached its end. It is fail as
 soon as a deviation leaves the tolerance by as much. The page has the budget of U. A prediction is advice and never counts.
@@ -82,9 +83,9 @@ with its line. If a unit decides and the file does not show it, the program asks
           R"(plumb growth identify LOG... prints the settings of axis_growth(9) as setp lines: how each axis grows with the
 temperatures and along its travel, each term with its uncertainty. It needs four passes, and eight are better. Both states of a
 compensation are as good. Several logs are days of one machine, in order: their law is more certain, and may contain the spindle speed.
---sensors names the sensors to use. The one named artifact is left out, and shows the expansion of the artifact itself; --artifact gives
-it another name. --air names the sensor of the air, which moves no axis by more than 5 um for 3 K. --no-speed leaves the spindle speed
-out. --instance names the component. --json prints JSON.
+--sensors names the sensors to use. The sensor of [artifact] of growth_log(1), or a sensor named artifact, is left out: it shows the
+expansion of the artifact itself. --air names the sensor of the air, which moves no axis by more than 5 um for 3 K. --json prints
+JSON.
 
 LOG may be a record of gauges, as TABLES describes. The law numbers the sensors that it reads, and a comment has the name of each.
 
@@ -102,10 +103,9 @@ an hour longer. Growth on another day is the part of the error that comes from t
 
 --work and --pass are the minutes of a cycle, --fastest the highest speed in rpm. --door: somebody opens the shop door where the plan
 says so; this separates the terms of the spindle and of the structure. --log: the plan is made for the machine of an earlier log, by its
-temperatures, its speeds and the error of its law; without it for a usual machine. --rest is the error that the law leaves of a pass,
-in um. --artifact: its expansion is known, as by [artifact] of growth_log(1); otherwise it hides much of the term of the
-structure. plumb growth identify states the uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code
-of the test, --json JSON.)"},
+temperatures, its speeds and the error of its law; without it for a usual machine. If the log does not state the expansion of the
+artifact ([artifact] of growth_log(1)), this expansion hides much of the term of the structure. plumb growth identify states the
+uncertainty of your machine. --ngc prints the subroutine growth_plan for the G-code of the test, --json JSON.)"},
          {"EXIT STATUS",
           R"(0 after success, with any verdict; 1 if a log is refused, with its line, and nothing was written; 2 for a wrong
 command line.)"},
@@ -139,9 +139,26 @@ GrowthCourse table_in(const std::string& file, const Heads& heads) {
     }
 }
 
+// A folder stands for its last log.
+std::string file_of(const std::string& path) {
+    if (!fs::is_directory(path)) return path;
+    const auto last = last_growth_log(path);
+    if (!last)
+        throw std::runtime_error(path + ": there is no log of a growth test, or several without a number");
+    return last->string();
+}
+
 fs::path folder_of(const std::string& file, const std::string& output) {
     const fs::path first = fs::absolute(file);
     return output.empty() ? first.parent_path() / (first.stem().string() + "-report") : fs::path(output);
+}
+
+template <class Log>
+void need_one_machine(const std::vector<Log>& logs) {
+    for (const Log& log : logs)
+        if (log.machine != logs.front().machine)
+            throw std::runtime_error(log.file + " is of the machine '" + log.machine + "', and " +
+                                     logs.front().file + " of '" + logs.front().machine + "'");
 }
 
 // The page and the charts of results.json, by growth_page.py beside Plumb's other shared files.
@@ -178,10 +195,7 @@ int report_gauges(const std::string& file, const Heads& heads, double distance, 
 int report(const std::vector<std::string>& files, const std::string& output, bool json) {
     std::vector<GrowthLog> logs;
     for (const std::string& file : files) logs.push_back(read_growth_log(file));
-    for (const GrowthLog& log : logs)
-        if (log.machine != logs.front().machine)
-            throw std::runtime_error(log.file + " is of the machine '" + log.machine + "', and " +
-                                     logs.front().file + " of '" + logs.front().machine + "'");
+    need_one_machine(logs);
     std::vector<GrowthAnalysis> tests;
     for (const GrowthLog& log : logs) {
         tests.push_back(analysed(log));
@@ -246,29 +260,17 @@ static int carry_out(int argc, char** argv) {
         ->type_name("MM");
     reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
     GrowthIdentifyOptions identify;
-    std::string log;
-    std::vector<std::string> days;
-    bool no_speed = false;
     CLI::App* const identifying =
         app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
     identifying
-        ->add_option("logs", days, "Logs of growth_log, or CSVs of gauges: days of one machine, in order.")
+        ->add_option("logs", logs, "Logs of growth_log, or CSVs of gauges: days of one machine, in order.")
         ->required()
         ->type_name("LOG");
     identifying
         ->add_option("--sensors", identify.sensors, "Sensors to use; by default all but the artifact's.")
         ->delimiter(',')
         ->type_name("A,B");
-    identifying->add_option("--artifact", identify.artifact, "Sensor of the artifact; artifact by default.")
-        ->type_name("NAME");
     identifying->add_option("--air", identify.air, "Sensor of the air; air by default.")->type_name("NAME");
-    identifying->add_option("--instance", identify.instance, "Name of the component; axis-growth by default.")
-        ->type_name("NAME");
-    identifying
-        ->add_option("--speed-exponent", identify.speed_exponent, "Exponent of the speed; 1.7 by default.")
-        ->check(CLI::Range(0.1, 4.0))
-        ->type_name("P");
-    identifying->add_flag("--no-speed", no_speed, "Leave the spindle speed out.");
     GrowthPlanOptions wanted;
     bool as_program = false;
     CLI::App* const planning =
@@ -280,11 +282,9 @@ static int carry_out(int argc, char** argv) {
     positive("--work", wanted.work, "Work in a cycle; 30 min by default, less in a short test.", "MIN");
     positive("--pass", wanted.pass, "Length of a pass; 10 min by default.", "MIN");
     positive("--fastest", wanted.fastest, "Highest speed; 8000 rpm by default.", "RPM");
-    CLI::Option* const rest = positive("--rest", wanted.machine.rest,
-                                       "Error that the law leaves of a pass; 2 um by default.", "UM");
-    planning->add_option("--log", log, "Log of an earlier test of this machine.")->type_name("LOG");
-    planning->add_flag("--artifact", wanted.machine.artifact_known,
-                       "The expansion of the artifact is known.");
+    planning->add_option("--log", logs, "Log of an earlier test of this machine.")
+        ->expected(1)
+        ->type_name("LOG");
     planning->add_flag("--door", wanted.door, "The shop door may be opened.");
     planning->add_flag("--ngc", as_program, "Print the subroutine growth_plan.");
     for (CLI::App* const each : {reporting, identifying, planning}) {
@@ -293,38 +293,30 @@ static int carry_out(int argc, char** argv) {
         each->add_option("--head", heads, "Read a head of a table as another one.")->type_name("'HEAD=HEAD'");
     }
     return plumb::hal::carry_out(app, argc, argv, [&] {
+        for (std::string& path : logs) path = file_of(path);
         if (*planning) {
-            if (!log.empty()) {
-                const double given = wanted.machine.rest;
-                const bool known = wanted.machine.artifact_known;
-                wanted.machine = plan_machine_of(course_in(log, heads_of(heads)), wanted.fastest);
-                if (rest->count() > 0) wanted.machine.rest = given;
-                wanted.machine.artifact_known |= known;
-            }
+            if (!logs.empty())
+                wanted.machine = plan_machine_of(course_in(logs.front(), heads_of(heads)), wanted.fastest);
             const GrowthPlan plan = growth_plan(wanted);
             std::cout << (json ? plan.json() : as_program ? plan.program() : plan.text());
             return 0;
         }
         if (*identifying) {
-            identify.speed = !no_speed;
             std::vector<GrowthCourse> courses;
-            for (const std::string& day : days) courses.push_back(course_in(day, heads_of(heads)));
+            for (const std::string& day : logs) courses.push_back(course_in(day, heads_of(heads)));
             const GrowthCourse& first = courses.front();
-            for (const GrowthCourse& course : courses)
-                if (course.places && course.machine != first.machine)
-                    throw std::runtime_error(course.file + " is of the machine '" + course.machine +
-                                             "', and " + first.file + " of '" + first.machine + "'");
+            if (first.places) need_one_machine(courses);
             const GrowthIdentified found = growth_identified(courses, identify);
             if (json) {
                 nlohmann::json all = growth_identified_json(found);
-                all["logs"] = days;
+                all["logs"] = logs;
                 all["machine"] = first.machine;
                 for (const GrowthCourse& course : courses)
                     if (!course.taken.empty()) all["taken"].push_back(course.taken);
                 std::cout << all.dump(1) << '\n';
             } else {
                 std::string files, begun = first.begun;
-                for (const std::string& day : days) files += (files.empty() ? "" : ", ") + day;
+                for (const std::string& day : logs) files += (files.empty() ? "" : ", ") + day;
                 std::cout << growth_settings(files, begun, found);
                 for (const GrowthCourse& course : courses)
                     if (!course.taken.empty())

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #pragma once
 
-#include "components/io/files/growth_log_file.hpp"
+#include "components/io/files/growth_logs.hpp"
 #include "components/io/growth_log/last_write.hpp"
 #include "hal/regular_file.hpp"
 
@@ -33,22 +33,11 @@ public:
 
     const std::filesystem::path& path() const { return path_; }  // of the log that is written
 
-    // The log with the highest number, if it is of a test that has not stopped. A log without a number is the
-    // last one only if it is the only one. Throws if one of them is damaged at its number: it may be the last
-    // one.
+    // The last log, if it is of a test that has not stopped.
     std::optional<GrowthLog> unfinished() const {
-        const Logs logs = all();
-        if (!logs.damaged.empty()) {
-            read_growth_log(logs.damaged);  // which names line and reason
-            throw std::runtime_error(logs.damaged.string() + ": its number is damaged");
-        }
-        if (logs.last.empty()) return std::nullopt;
-        if (!logs.same_number.empty() && logs.number == 0) return std::nullopt;
-        if (!logs.same_number.empty())
-            throw std::runtime_error(logs.last.string() + " and " + logs.same_number.string() +
-                                     " have the same number, " + std::to_string(logs.number) +
-                                     ": move one of them out of the folder");
-        GrowthLog log = read_growth_log(logs.last);
+        const auto last = last_growth_log(folder_);
+        if (!last) return std::nullopt;
+        GrowthLog log = read_growth_log(*last);
         for (const GrowthRecord& r : log.records)
             if (r.kind == GrowthRecord::event && r.item == 5) return std::nullopt;
         return log;
@@ -60,7 +49,7 @@ public:
 
     // A new file, named by the date, with the next number.
     void begin(GrowthLog head) {
-        number_ = head.number = all().number + 1;
+        number_ = head.number = growth_logs_in(folder_).number + 1;
         const std::time_t now = std::time(nullptr);
         std::tm utc{};
         gmtime_r(&now, &utc);
@@ -132,35 +121,6 @@ public:
     }
 
 private:
-    struct Logs {
-        int number = 0;                           // the highest
-        std::filesystem::path last, same_number;  // that have it; empty without one
-        std::filesystem::path damaged;            // one whose number cannot be trusted
-    };
-
-    Logs all() const {
-        Logs logs;
-        for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-            const std::string name = entry.path().filename().string();
-            if (name.rfind("growth-", 0) != 0 || entry.path().extension() != ".csv") continue;
-            if (!entry.is_regular_file()) continue;
-            std::string start(growth_log_file::identity_bytes, '\0');
-            std::ifstream file(entry.path());
-            file.read(start.data(), static_cast<std::streamsize>(start.size()));
-            start.resize(static_cast<std::size_t>(file.gcount()));
-            const growth_log_file::Identity its = growth_log_file::identity_of(start);
-            if (its.damaged) logs.damaged = entry.path();
-            if (its.number > logs.number || logs.last.empty()) {
-                logs.last = entry.path();
-                logs.same_number.clear();
-            } else if (its.number == logs.number) {
-                logs.same_number = entry.path();
-            }
-            logs.number = std::max(logs.number, its.number);
-        }
-        return logs;
-    }
-
     static hal::RegularFile locked(const std::filesystem::path& folder) {
         std::filesystem::create_directories(folder);
         hal::RegularFile lock(folder / ".growth_log.lock", O_RDONLY | O_CREAT | O_NOFOLLOW, 0644);

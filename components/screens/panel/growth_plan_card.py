@@ -8,7 +8,6 @@ import subprocess
 from gi.repository import Gtk
 
 from panel.files import replace
-from panel.growth_logs import last_log
 from panel.growth_test_state import plan_in_words
 from panel.texts import _
 from panel.widgets import button, card, flow, label, set_text
@@ -31,12 +30,8 @@ class PlanCard(Gtk.Box):
     def _show(self, hours):
         """By the last log, if it shows the machine."""
         self._program = None
-        try:
-            log = last_log(os.path.join(self._panel.ini.folder or ".", "logs"))
-        except ValueError:
-            log = None
         why = ""
-        for options in ([["--log", log]] if log else []) + [[]]:
+        for options in ["--log", os.path.join(self._panel.ini.folder or ".", "logs")], []:
             command = [self._panel.program("plumb-growth"), "plan", "--hours", str(hours), *options]
             done = [subprocess.run([*command, form], capture_output=True, text=True, timeout=60, check=False) for form in ("--json", "--ngc")]
             if any(each.returncode for each in done):

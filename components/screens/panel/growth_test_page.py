@@ -10,7 +10,6 @@ import subprocess
 from panel import growth_test_state
 from panel.chart import Chart, History
 from panel.function_page import FunctionPage
-from panel.growth_logs import last_log
 from panel.growth_plan_card import PlanCard
 from panel.growth_test_state import LiveDrift, remaining
 from panel.texts import _, in_micrometres, number, position, seconds
@@ -118,21 +117,14 @@ class GrowthTestPage(FunctionPage):
         self.panel.guard.at_once(_("Stop the test"), lambda: self.panel.abort(_("Stop the test")), needed="view")
 
     def _report(self):
+        """Of the last log."""
         folder = self.panel.ini.folder or "."
-        try:
-            log = last_log(os.path.join(folder, "logs"))
-        except ValueError as error:
-            self.panel.say(str(error), "warn")
-            return
-        if log is None:
-            self.panel.say(_("There is no log of a test in {folder}.").format(folder=os.path.join(folder, "logs")), "warn")
-            return
         output = os.path.join(folder, "report")
-        done = subprocess.run([self.panel.program("plumb-growth"), "report", log, "--output", output],
+        done = subprocess.run([self.panel.program("plumb-growth"), "report", os.path.join(folder, "logs"), "--output", output],
                               capture_output=True, text=True, timeout=120, check=False)
         report = os.path.join(output, "report.html")
         if done.returncode:
             self.panel.say((done.stderr.strip().splitlines() or ["plumb growth"])[0], "bad")
             return
         subprocess.Popen(["xdg-open", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.panel.say(_("The report of {log} is {file}.").format(log=os.path.basename(log), file=report))
+        self.panel.say(_("The report of {log} is {file}.").format(log=os.path.basename(done.stdout.split("\n", 1)[0]), file=report))

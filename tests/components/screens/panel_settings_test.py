@@ -10,7 +10,6 @@ import sys
 import time
 import unittest
 import unittest.mock
-import zlib
 
 import panel_texts
 import plumb
@@ -18,7 +17,7 @@ from tree import BUILD, ROOT, own_folder
 
 sys.path.insert(0, os.path.join(ROOT, "components", "screens"))
 from commissioning.records import Records  # noqa: E402
-from panel import access, changes, files, growth_logs, growth_test_state, hal_files, machine, references, settings, status, texts, waiting  # noqa: E402
+from panel import access, changes, files, growth_test_state, hal_files, machine, references, settings, status, texts, waiting  # noqa: E402
 from panel.declared import read_all  # noqa: E402
 from panel.pin_lines import Pin, parse_pins  # noqa: E402
 
@@ -49,51 +48,6 @@ class HostHal:
         done = self.host.halcmd("setp", name, text)
         if done.status:
             raise ValueError(done.output)
-
-
-class GrowthLogs(unittest.TestCase):
-    """The last log of a folder, whatever the clock showed."""
-
-    def setUp(self):
-        self.folder = own_folder(self)
-
-    def write(self, name, *lines, time=0):
-        text, so_far = b"", b""
-        for line in lines:
-            so_far += line + b"\n"
-            text += line + b",%08x\n" % zlib.crc32(so_far)
-        with open(os.path.join(self.folder, name), "wb") as file:
-            file.write(text)
-        os.utime(os.path.join(self.folder, name), (time, time))
-        return os.path.join(self.folder, name)
-
-    def test_it_has_the_highest_number(self):
-        self.assertIsNone(growth_logs.last_log(self.folder))
-        self.write("growth-20991231-000000.csv", b"growth-log,2", b"machine,mill", time=4e9)
-        tenth = self.write("growth-19700101-000010.csv", b"growth-log,2", b"log,10", b"machine,mill")
-        self.write("growth-20300101-000000.csv", b"growth-log,2", b"log,9", b"machine,mill", time=3e9)
-        self.write("results.csv", b"time,temperature", b"1,20" * 20, time=4e9)
-        self.assertEqual(growth_logs.last_log(self.folder), tenth)
-
-    def test_two_with_the_highest_number_are_named(self):
-        self.write("growth-a.csv", b"growth-log,2", b"log,3", b"machine,mill")
-        self.write("growth-b.csv", b"growth-log,2", b"log,3", b"machine,mill")
-        with self.assertRaisesRegex(ValueError, "^growth-a.csv and growth-b.csv have the same number: move one of them out of "):
-            growth_logs.last_log(self.folder)
-
-    def test_one_with_a_damaged_number_may_be_the_last(self):
-        self.write("growth-b.csv", b"growth-log,2", b"log,3", b"machine,mill of a name that is longer than the head")
-        path = self.write("growth-a.csv", b"growth-log,2", b"log,2", b"machine,mill of a name that is longer than the head")
-        with open(path, "rb") as file:
-            good = file.read()
-        self.assertEqual(growth_logs.number_of_log(path), 2)
-        for bit in range(8 * (good.index(b"machine") - 1)):
-            flipped = bytearray(good)
-            flipped[bit // 8] ^= 1 << bit % 8
-            with open(path, "wb") as file:
-                file.write(flipped)
-            self.assertEqual(growth_logs.number_of_log(path), math.inf, bit)
-        self.assertEqual(growth_logs.last_log(self.folder), path)
 
 
 class WithHost(unittest.TestCase):
