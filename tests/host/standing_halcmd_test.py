@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The one halcmd that takes command after command does what a halcmd of its own does for each."""
+"""The standing halcmd gives each command the status and the output that a separate halcmd gives."""
 
 import os
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""scripts/bench-configs tells of each machine in a folder whether it runs, with which models, and why not."""
+"""scripts/bench-configs names the machines of a folder that run, their models, and the reason for each other machine."""
 
 import os
 import subprocess

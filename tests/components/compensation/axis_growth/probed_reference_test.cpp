@@ -18,6 +18,16 @@ struct Bore : testing::Test {
 
     Bore() { EXPECT_EQ(bore.probe(100, 0, true, settings), Probing::reference); }
     Probing warm(double grown, double law) { return bore.probe(100 + grown, law, false, settings); }
+    // Two touches, a work zero, which moves nothing, and two hours. Returns the growth at the zero.
+    double zero_after_two_touches(double law) {
+        for (int touch = 0; touch < 2; ++touch) warm(75 * um, 60 * um);
+        bore.take_over();
+        const double before = bore.corrected(law);
+        bore.count_from_zero(law, settings);
+        EXPECT_NEAR(bore.corrected(law), before, 1e-12);
+        for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+        return before;
+    }
 };
 
 TEST_F(Bore, ColdIsAReferenceOnly) {
@@ -35,12 +45,7 @@ TEST_F(Bore, WithoutAReferenceAWarmProbingChangesNothing) {
 
 // The zero contains the error of 15 um that the touches found: it is no error of the next part.
 TEST_F(Bore, AWorkZeroMakesTheTouchBeforeItTheReference) {
-    for (int touch = 0; touch < 2; ++touch) warm(75 * um, 60 * um);
-    bore.take_over();
-    const double before = bore.corrected(62 * um);
-    bore.count_from_zero(62 * um, settings);
-    EXPECT_NEAR(bore.corrected(62 * um), before, 1e-12) << "nothing moves";
-    for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+    const double before = zero_after_two_touches(62 * um);
     for (int touch = 0; touch < 2; ++touch) warm(95 * um, 80 * um);
     bore.take_over();
     EXPECT_NEAR(bore.corrected(80 * um), before + 18 * um, 0.1 * um);
@@ -49,12 +54,7 @@ TEST_F(Bore, AWorkZeroMakesTheTouchBeforeItTheReference) {
 }
 
 TEST_F(Bore, AWorkZeroWithoutATouchEndsTheCorrections) {
-    for (int touch = 0; touch < 2; ++touch) warm(75 * um, 60 * um);
-    bore.take_over();
-    const double before = bore.corrected(90 * um);
-    bore.count_from_zero(90 * um, settings);
-    EXPECT_NEAR(bore.corrected(90 * um), before, 1e-12) << "nothing moves";
-    for (int second = 0; second < 7200; ++second) bore.step(1, settings);
+    const double before = zero_after_two_touches(90 * um);
     bore.take_over();
     EXPECT_NEAR(bore.corrected(100 * um), before + 10 * um, 1e-12) << "the law goes on, and nothing fades";
     EXPECT_EQ(warm(120 * um, 100 * um), Probing::no_reference);
