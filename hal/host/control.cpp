@@ -174,12 +174,12 @@ void Control::attend(int end_descriptor) {
         end_ = end_by_signal_ = true;
         return;
     }
-    programs_.attend();
+    programs_.attend(waits);
     if (timeline_.running()) {
         move([this] { let_time_pass(); });
         show_progress();
     }
-    server_.serve();
+    server_.serve(waits);
 }
 
 std::chrono::nanoseconds Control::idle_time() {
@@ -461,6 +461,7 @@ void Control::run(Server::Connection from, const Request& request) {
     timeline_.begin(request.span("ns", 0));
     runner_ = from;
     last_progress_ = std::chrono::steady_clock::now();
+    move([this] { let_time_pass(); });  // most runs are short
 }
 
 Json Control::record(const Request& request) {

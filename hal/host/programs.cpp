@@ -25,6 +25,7 @@
 #include <cerrno>
 
 #include "hal/host/hal_lock.hpp"
+#include "hal/host/is_ready.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/standing_halcmd.hpp"
 
@@ -225,6 +226,13 @@ void Programs::let_halcmd_go() {
     if (Command* const standing = standing_halcmd()) standing->stands->let_go();
 }
 
+void Programs::look(int milliseconds) {
+    std::vector<pollfd> waits;
+    add_to(waits);
+    poll(waits.data(), waits.size(), milliseconds);
+    attend(waits);
+}
+
 void Programs::await_halcmd_gone() {
     if (Command* const standing = standing_halcmd(); standing != nullptr && standing->rests())
         let_halcmd_go();
@@ -234,10 +242,7 @@ void Programs::await_halcmd_gone() {
     for (const auto begin = Clock::now(); std::any_of(commands_.begin(), commands_.end(), goes);) {
         for (const Command& command : commands_)
             if (goes(command) && Clock::now() - begin > patience_with_halcmd) kill(command.process, SIGKILL);
-        std::vector<pollfd> waits;
-        add_to(waits);
-        poll(waits.data(), waits.size(), 100);
-        attend();
+        look(100);
     }
 }
 
@@ -256,10 +261,7 @@ Finished Programs::halcmd(const std::vector<std::string>& arguments) {
             kill(command.process, SIGKILL);
             throw std::runtime_error("halcmd " + arguments.front() + " did not end within 10 s");
         }
-        std::vector<pollfd> waits;
-        add_to(waits);
-        poll(waits.data(), waits.size(), 100);
-        attend();
+        look(100);
     }
     return finished;
 }
@@ -299,15 +301,13 @@ void Programs::read_output(Command& command) {
     }
 }
 
-void Programs::attend() {
+void Programs::attend(const std::vector<pollfd>& seen) {
     // A program of the user's may be late on a busy computer.
     if (waits_for_hal()) watch_hal_lock(std::chrono::seconds(halcmd_runs() ? 1 : 5));
-    signalfd_siginfo event;
-    while (read(child_events_, &event, sizeof event) > 0)
-        continue;  // one event may stand for several children
-    for (Command& command : commands_) read_output(command);
+    for (Command& command : commands_)
+        if (is_ready(seen, command.output)) read_output(command);
     attend_standing_halcmd();
-    reap();
+    if (is_ready(seen, child_events_)) reap();
     commands_.remove_if([](const Command& command) { return command.process == 0 && command.output < 0; });
 }
 
@@ -327,6 +327,9 @@ void Programs::attend_standing_halcmd() {
 }
 
 void Programs::reap() {
+    signalfd_siginfo event;
+    while (read(child_events_, &event, sizeof event) > 0)
+        continue;  // one event may stand for several children
     int status = 0;
     for (pid_t process = waitpid(-1, &status, WNOHANG); process > 0;
          process = waitpid(-1, &status, WNOHANG)) {
@@ -408,14 +411,13 @@ void Programs::end_all() {
         if (command.process != 0) kill(command.process, SIGTERM);
     }
     for (;;) {
-        attend();
+        look(5);
         std::vector<pid_t> left = others();
         for (const Command& command : commands_)
             if (command.process != 0) left.push_back(command.process);
         if (left.empty()) return;
         if (Clock::now() - begin > patience)
             for (const pid_t process : left) kill(process, SIGKILL);
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
 }
 

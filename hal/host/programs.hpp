@@ -69,9 +69,10 @@ public:
     // Appends the descriptors that attend() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    // Passes on output, reports the ended, and keeps HAL's lock from being lost. Never blocks. Call it when
-    // something waits, and every 0.1 s while waits_for_hal().
-    void attend();
+    // Passes on output, reports the ended, and keeps HAL's lock from being lost. `seen` is what poll() told
+    // of the descriptors of add_to(). Never blocks. Call it when something waits, and every 0.1 s while
+    // waits_for_hal().
+    void attend(const std::vector<pollfd>& seen);
 
     bool halcmd_runs() const;
 
@@ -98,6 +99,7 @@ private:
     Command& spawn_halcmd(const std::vector<std::string>& words, const std::string& directory, int input);
     Command* standing_halcmd();
     Command& halcmd_for(const std::vector<std::string>& arguments, const std::string& directory);
+    void look(int milliseconds);  // waits for that long at most, then attends
     void await_halcmd_gone();
     void attend_standing_halcmd();
     std::vector<pid_t> others() const;

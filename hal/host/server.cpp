@@ -13,6 +13,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "hal/host/is_ready.hpp"
 #include "hal/host/line_buffer.hpp"
 #include "hal/host/messages.hpp"
 #include "hal/host/rtapi_protocol.hpp"
@@ -126,9 +127,9 @@ void Server::add_to(std::vector<pollfd>& waits) const {
                          0});
 }
 
-void Server::accept_all() {
+void Server::accept_all(const std::vector<pollfd>& seen) {
     for (const int listener : listeners_) {
-        for (;;) {
+        while (is_ready(seen, listener)) {
             const int descriptor = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
             if (descriptor < 0) break;
             if (trusted(descriptor))
@@ -139,12 +140,12 @@ void Server::accept_all() {
     }
 }
 
-void Server::serve() {
-    accept_all();
+void Server::serve(const std::vector<pollfd>& seen) {
+    accept_all(seen);
     // A service may close the connection that it answers, and a request may take a nested look at the
     // sockets.
     for (Peer& peer : peers_) {
-        if (!peer.gone) receive(peer);
+        if (!peer.gone && is_ready(seen, peer.descriptor)) receive(peer);
         if (!peer.gone) take_requests(peer);
         if (!peer.gone) transmit(peer);
     }

@@ -59,8 +59,9 @@ public:
     // Appends the descriptors that serve() waits for.
     void add_to(std::vector<pollfd>& waits) const;
 
-    // Accepts connections, reads, carries out and answers all requests so far. Never waits.
-    void serve();
+    // Accepts connections, reads, carries out and answers all requests so far. `seen` is what poll() told of
+    // the descriptors of add_to(). Never waits.
+    void serve(const std::vector<pollfd>& seen);
 
     // Whether serve() has something to do although nothing new has come: a request has waited for another
     // one.
@@ -82,7 +83,7 @@ private:
     struct Peer;
 
     void admit_rtapi_app() const;
-    void accept_all();
+    void accept_all(const std::vector<pollfd>& seen);
     static bool takes_bytes(const Peer& peer);
     static bool takes_requests(const Peer& peer);
     void receive(Peer& peer);

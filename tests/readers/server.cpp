@@ -6,6 +6,7 @@
 #include "tests/readers/reader.hpp"
 #include "tests/readers/repeated.hpp"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <vector>
 
 #include "hal/host/messages.hpp"
 #include "hal/host/request.hpp"
@@ -74,6 +76,13 @@ bool receive(int peer, std::size_t& lines) {
     }
 }
 
+void attend(host::Server& server) {
+    std::vector<pollfd> waits;
+    server.add_to(waits);
+    poll(waits.data(), waits.size(), 0);
+    server.serve(waits);
+}
+
 void read(std::string_view bytes) {
     const std::string text = repeated(bytes, 2 << 20);
     const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -91,7 +100,7 @@ void read(std::string_view bytes) {
         const ssize_t count =
             ::send(peer, text.data() + sent, text.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (count > 0) sent += static_cast<std::size_t>(count);
-        server.serve();
+        attend(server);
         open = receive(peer, answers);
     }
     if (open) {
@@ -100,7 +109,7 @@ void read(std::string_view bytes) {
             demand(answers == lines && echo.taken == lines, "each request is answered");
     }
     close(peer);
-    server.serve();
+    attend(server);
     demand(echo.closed_ones == 1, "the server learns that a connection is closed");
 }
 
