@@ -28,16 +28,20 @@ public:
 
     double operator()(std::int32_t seed) noexcept {
         const double given = given_;
-        if (given == 0 || (given >= low_ / 1000 && given <= 100 * high_ && given > 0)) return given;
-        if (seed != seed_) {
+        if (given != last_ || seed != seed_) {
+            last_ = given;
             seed_ = seed;
-            value_ =
-                seed == 0 ? typical_ : Random(static_cast<std::uint64_t>(seed), stream_).uniform(low_, high_);
+            value_ = value(given, seed);
         }
         return value_;
     }
 
 private:
+    double value(double given, std::int32_t seed) const noexcept {
+        if (given == 0 || (given >= low_ / 1000 && given <= 100 * high_ && given > 0)) return given;
+        return seed == 0 ? typical_ : Random(static_cast<std::uint64_t>(seed), stream_).uniform(low_, high_);
+    }
+
     static std::string sentence(double typical, double low, double high, const std::string& doc) {
         std::ostringstream text;
         text << doc << "; when negative " << typical << " for seed 0 and drawn from " << low << " to " << high
@@ -56,6 +60,7 @@ private:
     const double low_;
     const double high_;
     const std::uint64_t stream_;
+    double last_ = -1;  // given, with this seed, for which this is the value
     std::int32_t seed_ = 0;
     double value_;
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include "components/math/blocks/first_order_lag.hpp"
-#include "components/plants/sample_and_hold.hpp"
 #include "components/math/blocks/slew_limit.hpp"
 #include "components/math/blocks/usable.hpp"
 #include "components/plants/drawn.hpp"
+#include "components/plants/sample_and_hold.hpp"
 #include "pages/sim_drive_load.page.hpp"
 
 #include <algorithm>
@@ -111,24 +111,35 @@ private:
         const double before = angle_;
         angle_ = std::fmod(angle_ + turns, 1);
         if (power_ == 0) return 0;
-        const double ripple = 1 + tooth_ripple(seed_) * mean_cosine(teeth, before, turns) +
-                              runout_ripple(seed_) * mean_cosine(1, before, turns);
+        const double ripple = 1 + tooth_ripple(seed_) * tooth_.mean(teeth, before, turns) +
+                              runout_ripple(seed_) * runout_.mean(1, before, turns);
         return 100 * power_ / std::max(rated_power(seed_), 1.0) * gain_ * (1 + wear_rise(seed_) * wear_) *
                ripple;
     }
 
-    // Of `waves` waves a turn, over the turns that follow `angle`.
-    static double mean_cosine(int waves, double angle, double turns) noexcept {
-        constexpr double circle = 6.283185307179586;
-        const double from = circle * waves * angle, swept = circle * waves * turns;
-        return std::abs(swept) > 1e-6 ? (std::sin(from + swept) - std::sin(from)) / swept : std::cos(from);
-    }
+    // A cosine of `waves` waves a turn.
+    class Ripple {
+    public:
+        // Over the turns that follow `angle`.
+        double mean(int waves, double angle, double turns) noexcept {
+            constexpr double circle = 6.283185307179586;
+            if (const double half = circle / 2 * waves * turns; half != half_) {
+                half_ = half;
+                share_ = std::abs(half) > 1e-6 ? std::sin(half) / half : 1;
+            }
+            return share_ * std::cos(circle * waves * (angle + turns / 2));
+        }
+
+    private:
+        double half_ = 0, share_ = 1;  // of the amplitude, which is kept because the sine costs most
+    };
 
     Random random_;
     FlickerNoise flicker_{random_};
     SampleAndHold drive_;
     SlewLimit speed_;
     FirstOrderLag warm_, lag_;
+    Ripple tooth_, runout_;
     double command_ = 0, power_ = 0, wear_ = 0;  // last good inputs
     double gain_ = 1, orienting_ = 0, angle_ = 0;
     bool started_ = false;

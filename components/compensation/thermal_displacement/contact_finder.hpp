@@ -331,19 +331,17 @@ public:
         std::int32_t date = 0;                            // YYYYMMDD, to remember
         bool temperature_valid = false;                   // the growth may follow it
 
-        // By judged().
         Lost lost = Lost::nothing;
         bool load_lost = false;
         bool complete = true;  // it can be used
-    };
 
-    // The sample with a judgement of its values, which step() needs.
-    static Sample judged(Sample s) noexcept {
-        s.lost = lost(s);
-        s.load_lost = s.lost == Lost::load || !s.load_valid;
-        s.complete = s.lost == Lost::nothing && s.load_valid;
-        return s;
-    }
+        // Sets these three from the others, as step() needs.
+        void judge() noexcept {
+            lost = ContactFinder::lost(*this);
+            load_lost = lost == Lost::load || !load_valid;
+            complete = lost == Lost::nothing && load_valid;
+        }
+    };
 
     // The result of a period: an end of the noted contact. `lost`: the next one came before it was fitted.
     enum class Found { none, contact, blanked, no_onset, lost };

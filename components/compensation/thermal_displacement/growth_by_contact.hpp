@@ -112,7 +112,6 @@ public:
     using Settings = DisplacementSettings;
     using Sample = ContactFinder::Sample;
     using Lost = ContactFinder::Lost;
-    static Sample judged(const Sample& s) noexcept { return ContactFinder::judged(s); }
 
     // The result of a period.
     enum class Event { none, contact, accepted };

@@ -87,7 +87,8 @@ struct ThermalDisplacement final : hal::Component {
 
     void update(double dt) noexcept {
         permission.step();
-        Sample now = GrowthByContact::judged(sample());
+        Sample now = sample();
+        now.judge();
         now.learn = now.learn || measured_.learns_again(now.setup);
         const Lost lost = now.lost;
         take_settings();

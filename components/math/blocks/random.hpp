@@ -70,28 +70,42 @@ private:
 class FlickerNoise {
 public:
     explicit FlickerNoise(Random& random) noexcept {
-        for (double& x : state_) x = random.gaussian();
+        for (Process& each : processes_) each.value = random.gaussian();
     }
 
     // The value dt seconds after the last one, dt >= 0.
     double step(Random& random, double dt) noexcept {
-        double sum = 0, rate = slowest;
-        for (double& x : state_) {
-            const double kept = 1 / (1 + rate * dt);
-            x = kept * x + std::sqrt(1 - kept * kept) * random.gaussian();
-            sum += x;
-            rate *= spacing;
+        if (!(std::abs(dt - dt_) <= 1e-9)) keep(dt);
+        double sum = 0;
+        for (Process& each : processes_) {
+            each.value = each.kept * each.value + each.added * random.gaussian();
+            sum += each.value;
         }
         return sum * scale;
     }
 
 private:
-    static constexpr std::size_t processes = 6;
+    // The parts of a step of dt, which are kept because their roots cost most.
+    void keep(double dt) noexcept {
+        dt_ = dt;
+        double rate = slowest;
+        for (Process& each : processes_) {
+            each.kept = 1 / (1 + rate * dt);
+            each.added = std::sqrt(1 - each.kept * each.kept);
+            rate *= spacing;
+        }
+    }
+
+    struct Process {
+        double value, kept, added;  // its part of the last value, and of new noise
+    };
+
     static constexpr double slowest = 0.0628;  // 1/s, a corner of 0.01 Hz
     static constexpr double spacing = 5;
-    static constexpr double scale = 0.40824829046386302;  // 1/sqrt(processes)
+    static constexpr double scale = 0.40824829046386302;  // 1/sqrt(6)
 
-    std::array<double, processes> state_;
+    std::array<Process, 6> processes_{};
+    double dt_ = -1;
 };
 
 }  // namespace plumb

@@ -15,6 +15,7 @@ public:
     // Advances by dt > 0 seconds towards target, no faster than speed >= 0, with acceleration > 0.
     void step(double target, double speed, double acceleration, double dt) noexcept {
         const double left = target - position_;
+        if (left == 0 && velocity_ == 0) return;  // the root costs most
         const double change = acceleration * dt;
         // The fastest that can still stop at the target: in this period and m more, each slower by `change`.
         const double m = std::floor(std::sqrt(0.25 + 2 * std::abs(left) / (change * dt)) - 0.5);

@@ -46,12 +46,28 @@ private:
     static constexpr double steel = 11.5e-6;  // 1/K
     static constexpr double most = 10;        // mm, with any settings
 
-    // 20 degC, the swing of the day, and of the heating or air conditioning every 20 minutes.
+    // A sine, straight between two looks, because each costs much.
+    class SlowSine {
+    public:
+        double at(double time, double period) noexcept {
+            constexpr double turn = 6.283185307179586, between_looks = 0.1;  // s
+            if (!(time >= look_ && time < look_ + between_looks)) {
+                look_ = time;
+                value_ = std::sin(turn * look_ / period);
+                rate_ = (std::sin(turn * (look_ + between_looks) / period) - value_) / between_looks;
+            }
+            return value_ + rate_ * (time - look_);
+        }
+
+    private:
+        double look_ = -1, value_ = 0, rate_ = 0;
+    };
+
+    // The swing of the day, and of the heating or air conditioning every 20 minutes.
     double shop_air(double dt, std::int32_t seed) noexcept {
-        constexpr double turn = 6.283185307179586;
         time_ += dt;
         const double t = time_ + air_start_(seed);
-        return air_day_(seed) * std::sin(turn * t / 86400) + air_swing_(seed) * std::sin(turn * t / 1200);
+        return air_day_(seed) * day_.at(t, 86400) + air_swing_(seed) * heating_.at(t, 1200);
     }
 
     const hal::In<double> speed_{this, "growth-speed", 8000, "rpm",
@@ -75,6 +91,7 @@ private:
 
     FirstOrderLag spindle_, column_, screw_;
     double time_ = 0;
+    SlowSine day_, heating_;
     double turning_ = 0, raised_to_ = 1, raised_ = 0;  // the last power, which costs most
 };
 

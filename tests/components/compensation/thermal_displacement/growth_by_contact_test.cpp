@@ -15,6 +15,11 @@ using Lost = GrowthByContact::Lost;
 
 constexpr double um = 1e-3;  // mm
 
+GrowthByContact::Sample judged(GrowthByContact::Sample sample) {
+    sample.judge();
+    return sample;
+}
+
 GrowthByContact::Settings settings(Method method = Method::coordinate, double unit = 1) {
     GrowthByContact::Settings s;
     s.by_time = method == Method::time;
@@ -45,7 +50,7 @@ struct Shop {
             Milling::Sample sample = true_sample;
             tamper(sample);
             const double offset = unit * mill.offset;
-            if (measured.step(GrowthByContact::judged(sample), used, mill.dt) == Event::accepted) {
+            if (measured.step(judged(sample), used, mill.dt) == Event::accepted) {
                 accepted.push_back(measured.growth() / unit);
                 target = measured.growth();
             }
@@ -181,7 +186,7 @@ TEST(GrowthByContact, TheToolIsInTheWorkUntilItIsAboveTheContact) {
     shop.mill.growth = 10 * um;
     int early = 0;  // periods of retraction in which the tool was taken to be out
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(GrowthByContact::judged(sample), shop.used, shop.mill.dt);
+        shop.measured.step(judged(sample), shop.used, shop.mill.dt);
         early += shop.mill.cutting && sample.velocity > 0 && !shop.measured.in_work();
         return 0.0;
     });
@@ -194,7 +199,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitWhileTheToolFeedsDownWhetherItsContactsCo
     shop.used.excluded[0] = shop.mill.program.front().operation;
     int periods = 0, free = 0;
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(GrowthByContact::judged(sample), shop.used, shop.mill.dt);
+        shop.measured.step(judged(sample), shop.used, shop.mill.dt);
         const bool down = sample.cycle_running && sample.motion == 2 && sample.velocity < 0;
         periods += down;
         free += down && !shop.measured.in_work();
@@ -211,7 +216,7 @@ TEST(GrowthByContact, AnOffsetHasToWaitUntilTheToolHasLeftTheWorkWhetherItsConta
     int periods = 0, free = 0;
     bool in_cut = false;  // not only below the top of the next work, on the way to it
     shop.mill.cycle([&](const Milling::Sample& sample) {
-        shop.measured.step(GrowthByContact::judged(sample), shop.used, shop.mill.dt);
+        shop.measured.step(judged(sample), shop.used, shop.mill.dt);
         in_cut = shop.mill.cutting && (in_cut || sample.motion == 2);
         periods += in_cut;
         free += in_cut && !shop.measured.in_work();
@@ -623,7 +628,7 @@ TEST(GrowthByContact, FeedingUpwardsInTheCutDoesNotLeaveTheWork) {
     shop.mill.cycle([&](const Milling::Sample& true_sample) {
         Milling::Sample sample = true_sample;
         shop.tamper(sample);
-        shop.measured.step(GrowthByContact::judged(sample), shop.used, shop.mill.dt);
+        shop.measured.step(judged(sample), shop.used, shop.mill.dt);
         if (sample.velocity == 0.001) {
             EXPECT_TRUE(shop.measured.in_work());
             EXPECT_TRUE(shop.measured.detector().in_work());
@@ -1125,10 +1130,10 @@ TEST(GrowthByContact, NoBadValueReachesTheGrowth) {
             shop.learn();
             int periods = 0;
             shop.tamper = [&](Milling::Sample& s) {
-                EXPECT_EQ(GrowthByContact::judged(s).lost, Lost::nothing);
+                EXPECT_EQ(judged(s).lost, Lost::nothing);
                 if (++periods % 1000 != 0) return;
                 s.*signal = bad;
-                EXPECT_NE(GrowthByContact::judged(s).lost, Lost::nothing);
+                EXPECT_NE(judged(s).lost, Lost::nothing);
             };
             shop.cycle(10 * um);
             shop.tamper = [](auto&) {};
@@ -1150,7 +1155,7 @@ Shop predicting(bool by_speed = true) {
     Milling::Sample turning;
     turning.enable = true;
     turning.speed = 20000;
-    for (int i = 0; i < 600; ++i) shop.measured.step(GrowthByContact::judged(turning), shop.used, 1);
+    for (int i = 0; i < 600; ++i) shop.measured.step(judged(turning), shop.used, 1);
     return shop;
 }
 
