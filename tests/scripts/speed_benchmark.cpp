@@ -91,6 +91,12 @@ void control_loop(benchmark::State& state) {
                          "addf scale servo-thread"});
 }
 
+// A client that runs one period after the other.
+void single_periods(benchmark::State& state) {
+    const auto client = host_with({});
+    for (auto _ : state) client->run(client::seconds(period));
+}
+
 // A module to be timed, many instances at once: it-0, it-1, ...  Its inputs change all the time; `alive` is a
 // pin that is not 0 when it has really worked.
 struct Subject {
@@ -569,6 +575,7 @@ void stock_kinematics_beside_pid(benchmark::State& state) {
 
 BENCHMARK(empty_thread)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
 BENCHMARK(control_loop)->UseManualTime()->Iterations(20)->Unit(benchmark::kMillisecond);
+BENCHMARK(single_periods)->UseRealTime()->Unit(benchmark::kMicrosecond);
 BENCHMARK(thermal_displacement_beside_pid)->UseManualTime()->Iterations(40);
 BENCHMARK(slowest_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
 BENCHMARK(known_thermal_displacement_beside_pid)->UseManualTime()->Iterations(1);
