@@ -2,6 +2,7 @@
 """Files of HAL commands: loadrt, setp, net, addf."""
 
 import collections
+import contextlib
 import itertools
 import os
 import re
@@ -98,13 +99,15 @@ def _sourced(text, folder, seen):
 
 def where(pattern, files):
     """FILE:LINE of the first line that has a word, or None. A name that Tcl computes is not found."""
+    return next((place for place, _line in lines_with(pattern, files)), None)
+
+
+def lines_with(pattern, files):
+    """(FILE:LINE, the line without its remark) of each line that has a word."""
     word = re.compile(r"(?<![\w.:-])%s(?![\w.:-])" % re.escape(pattern))
     for path in files:
-        try:
-            with open(path, encoding="utf-8", errors="replace") as file:
-                for number, line in enumerate(file, start=1):
-                    if word.search(line.split("#")[0]):
-                        return "%s:%d" % (os.path.basename(path), number)
-        except OSError:
-            continue
-    return None
+        with contextlib.suppress(OSError), open(path, encoding="utf-8", errors="replace") as file:
+            for number, line in enumerate(file, start=1):
+                line = line.split("#")[0]
+                if word.search(line):
+                    yield "%s:%d" % (os.path.basename(path), number), line

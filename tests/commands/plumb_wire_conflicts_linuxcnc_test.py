@@ -30,14 +30,14 @@ class Conflicts(Sample):
 
     def test_a_conflict_names_both_sides(self):
         flat = self.refusal(
-            "loadrt xor2 names=square,haze\nloadrt lut5 names=mine\nnet haze motion.digital-out-00 => haze.in0\n"
+            "loadrt xor2 names=square,haze\nloadrt lut5 count=2\nnet haze motion.digital-out-00 => haze.in0\n"
             "net weight motion.analog-in-01 <= motion.current-vel\nnet door motion.feed-inhibit\n",
             "squareness",
             "thermal_displacement",
         )
         self.assertIn("The name square is in use: by xor2 in your configuration (mine.hal:1), and by squareness", flat)
-        self.assertIn("lut5 is loaded by your configuration (mine.hal:2) as mine", flat)
-        self.assertIn("add feed-inhibit-of-all to the names in your line", flat)
+        self.assertIn("Your configuration loads lut5 (mine.hal:2), and a module is loaded once", flat)
+        self.assertIn("write names=lut5.0,lut5.1,feed-inhibit-of-all in your line", flat)
         self.assertNotIn("motion.digital-out-00", flat)  # for which the function takes another one
         self.assertNotIn("motion.analog-in-01", flat)
 
@@ -48,6 +48,13 @@ class Conflicts(Sample):
             ini_change=("HALUI = halui", "HALUI = halui\nHALCMD = net Xpos joint.0.motor-pos-cmd"),
         )
         self.assertIn("joint.0.motor-pos-cmd is netted to the signal Xpos by a HALCMD line", flat)
+
+    def test_an_alias_of_a_pin_that_a_stage_needs_is_named(self):
+        flat = self.refusal("alias pin joint.0.motor-pos-cmd x-command\n", "squareness")
+        self.assertIn("Your alias (mine.hal:1) gives joint.0.motor-pos-cmd another name, behind which x-stage does not find it", flat)
+
+    def test_a_line_that_locks_hal_is_named(self):
+        self.assertIn("mine.hal:1 locks HAL before the files of Plumb are loaded: remove this line.", self.refusal("lock tune\n", "squareness"))
 
     @long
     def test_an_inhibit_of_the_user_is_joined(self):
@@ -153,6 +160,7 @@ class Refusals(unittest.TestCase):
         from functions import all_functions
         from hal_state import State
         from hal_text import halfiles
+        from ini_file import IniFile
         from machine import Machine
         from wiring import Wiring
 
@@ -167,7 +175,9 @@ class Refusals(unittest.TestCase):
             "param": "",
             "thread": "1000000 YES servo-thread 0 0 motion-controller\n",
         }
-        ini = types.SimpleNamespace(folder=self.home, get=lambda *_: None, all=lambda _, name: ["mine.hal"] if name == "HALFILE" else [])
+        self.machine("X")
+        write(self.ini, read(self.ini) + "[HAL]\nHALFILE = mine.hal\n")
+        ini = IniFile(self.ini)
         machine = Machine(State(texts), State(texts), {"X": [0]}, ini, list(halfiles(ini, self.home)))
         function = all_functions(os.path.join(BUILD, "share", "plumb", "functions"))["squareness"]
         sentence = "Your configuration loads %s, and plumb wire loads it for squareness. A machine has one: leave yours out."

@@ -5,6 +5,7 @@
 import errno
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -30,6 +31,7 @@ import trial  # noqa: E402
 import writing  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from hal_state import State  # noqa: E402
+from machine import Machine  # noqa: E402
 from output import Output  # noqa: E402
 from remedies import remedy  # noqa: E402
 from step_rates import too_slow  # noqa: E402
@@ -209,6 +211,18 @@ class Names(unittest.TestCase):
         words = r"has a blank, and LinuxCNC does not find the INI file of line \d+, '#INCLUDE my.inc', there"
         self.assertRegex(self.refusal("my mill", "my.ini", more="#INCLUDE my.inc\n"), words)
 
+    def test_a_file_that_begins_with_a_byte_order_mark(self):
+        ini = os.path.join(own_folder(self), "my.ini")
+        write(ini, "\ufeff[EMC]\nVERSION = 1.1\n")
+        status, _, flat = plumb_wire("squareness", "--ini", ini)
+        self.assertEqual(status, 1)
+        self.assertIn("my.ini begins with a byte order mark", flat)
+        subprocess.run(re.search("sed .*", flat)[0], shell=True, check=True)
+        self.assertEqual(read(ini), "[EMC]\nVERSION = 1.1\n")
+
+    def test_a_file_of_linuxcnc_2_7(self):
+        self.assertRegex(self.refusal("my.ini"), r"my.ini is an INI file of LinuxCNC 2.7 or before.*: update_ini \S+/my.ini$")
+
     def test_a_path_that_is_not_utf_8(self):
         self.assertRegex(self.refusal("caf\udce9", "my.ini"), "The path .* has a byte that is not UTF-8")
 
@@ -226,6 +240,18 @@ class Names(unittest.TestCase):
 
 
 class Values(unittest.TestCase):
+    def test_a_number_that_is_none_is_named_with_its_line(self):
+        path = os.path.join(own_folder(self), "my.ini")
+        for text in ("625 # 25 % above", "-200 ; a remark", "ten", "1_000", "inf", "nan", "1,5"):
+            write(path, "[JOINT_0]\nMAX = 5\nMIN = %s\n" % text)
+            ini = IniFile(path)
+            self.assertEqual((ini.number("JOINT_0", "MAX"), ini.number("JOINT_0", "HOME", 7)), (5, 7))
+            with self.assertRaises(Impossible) as caught:
+                ini.number("JOINT_0", "MIN")
+            words = " ".join(str(caught.exception).split())
+            self.assertIn("my.ini:3: MIN = %s is no number." % text, words)
+            self.assertEqual("takes no remark behind a value" in words, "remark" in text or "above" in text)
+
     def test_an_include_that_is_no_file_or_too_long_is_named_with_its_line(self):
         home = own_folder(self)
         with open(os.path.join(home, "long.inc"), "wb") as file:
@@ -343,10 +369,17 @@ class Remedies(unittest.TestCase):
         home = own_folder(self)
         path = os.path.join(home, "my.ini")
         write(path, "[HAL]\nHALFILE = my.hal\nHALFILE = gone.hal\n")
+        write(os.path.join(home, "my.hal"), "loadusr -Wn nobody ./reader.py\n")
+        waiting = "  Waiting for component 'nobody' to become ready.\n  While waiting for 'nobody', component 'reader' loaded.\n"
         python = '  File "/mpg.py", line 60\n    print \'bad event\'\n    ^^^^\nSyntaxError: Missing parentheses in call to \'print\'. Did you'
         for words, expected in (
             ("  CANNOT FIND FILE FOR:gone.hal\n", "%s:3 names gone.hal, and it is not there: put the file into %s, or remove the line." % (path, home)),
-            ("INI file [EMC]VERSION indicates update is needed, but", "LinuxCNC wants to convert %s first: run update_ini %s." % (path, path)),
+            (waiting, "my.hal:1 waits for the component nobody, and the component reader came: write loadusr -Wn reader there."),
+            (waiting.split("\n")[0], "my.hal:1 waits for the component nobody, which did not come: start its program by hand to see why."),
+            (
+                "my_kins: dlopen: /modules/my_kins.so: cannot open shared object file: No such file",
+                "The module my_kins is not installed here. If it is yours, install it: sudo halcompile --install my_kins.comp",
+            ),
             (python, "/mpg.py:60 is written for Python 2: convert it by 2to3."),
             ("./my.hal:7: Pin 'a.b' was already linked to signal 'c'", "./my.hal:7 nets a.b, which is in your signal c: use this signal there."),
             ("something else", None),
@@ -601,6 +634,13 @@ class Tables(unittest.TestCase):
         self.assertIn("reversal-acceleration to at most 100 and reversal-rate to at most 0.9", note[0])
         self.assertEqual(list(error_tables.slow_turns(*self.machine("", "EYY"))), [])
 
+    def test_the_limits_of_a_drive_have_two_spellings(self):
+        for name in ("STEPGEN_MAXACCEL", "STEPGEN_MAX_ACC", "OTHER"):
+            its, _home = self.machine("[JOINT_0]\nMAX_ACCELERATION = 500\n%s = 700\n" % name, "EYY")
+            machine = Machine.__new__(Machine)
+            machine.ini = its.ini
+            self.assertEqual(machine.reserve(0, "ACCELERATION"), 125 if name == "OTHER" else 200)
+
     def test_a_rotary_axis_without_a_joint_is_named(self):
         for value, named in (("YA", ["A"]), ("AC", ["A", "C"]), ("Y", []), ("none", []), ("", [])):  # Y has a joint
             machine, _home = self.machine("[SQUARENESS]\nROTARY = %s\n" % value if value else "", "EYY")
@@ -654,6 +694,21 @@ class Copies(unittest.TestCase):
         os.makedirs(os.path.dirname(copy))
         copies.copy_folder(self.source, copy)
         self.assertEqual(os.listdir(copy), ["file"])
+
+
+class Ends(unittest.TestCase):
+    """The end of a trial."""
+
+    def test_a_program_that_halcmd_supposes_never_to_come_is_given_its_own_time(self):
+        words = trial.WRONG_NAME.decode()
+        with mock.patch.object(trial, "NAME_PATIENCE", 0.5):
+            status, output = trial.finished(["sh", "-c", 'echo "%s"; exec sleep 100' % words], os.environ, 90)
+        self.assertEqual((status, output.split("\n")), (-15, [words, "", "LinuxCNC did not end within 0 s"]))
+        self.assertEqual(trial.finished(["sh", "-c", "echo here; exit 3"], os.environ, 90), (3, "here\n"))
+
+    def test_the_last_words_are_those_before_linuxcnc_reports_its_end(self):
+        said = ["./m.hal:%d: no" % line for line in range(1, 31)] + ["waits" + 500 * ".", "Shutting down and cleaning up LinuxCNC...", "log:"]
+        self.assertEqual(trial.last_words("\n".join(said)).split("\n"), ["  ./m.hal:%d: no" % line for line in range(20, 31)] + ["  waits..."])
 
 
 class Sandbox(unittest.TestCase):

@@ -31,6 +31,7 @@ class Gallery(unittest.TestCase):
     def test_an_inch_lathe_without_y_asks_for_a_shim(self):
         flat, files = self.run_on("inch_lathe")
         self.assertRegex(flat, "ok centre_height: after a check, a shim raises the tool by -50.000 um")
+        self.assertIn("33 + NUM_DIO = 15 34 + NUM_AIO = 24 ", flat)  # which its loadrt line names
         self.assertRegex(flat, "This machine has no Y. Two cuts .M450 P0 Q2. give X of the tool")
         self.assertIn("\nsetp centre.without-y 1\n", files["centre_height.hal"])
         self.assertIn("net y-tool-offset motion.tooloffset.y => motion.analog-in-13\n", files["centre_height.hal"])

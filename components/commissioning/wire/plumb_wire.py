@@ -38,6 +38,7 @@ from writing import PartlyWritten  # noqa: E402
 SUMMARY = "wires functions into a LinuxCNC configuration, and tries the result"
 FUNCTIONS = os.path.join(PREFIX, "share", "plumb", "functions")
 OFFSET_RATIO = "0.2"
+INI_VERSION = "1.1"  # without which LinuxCNC does not start
 ABORT = "plumb_abort"
 TABS = {"axis": "ntb_preview", "gmoccapy": "ntb_preview", "qtdragon": "stackedWidget_mainTab"}  # place of a tab, by the screen
 
@@ -153,9 +154,13 @@ class Wire:
         self.given_pins = given_pins(dict(map(named_file, arguments.stand_in)))
         self.needs_halui = any(function.needs_halui for function in self.functions)
         self.motmod = {}  # options that motmod lacks
+        self.output_keys = {}  # (section, name) of INI values that give these options
         self.added = []  # (section, name, value) of the INI file
         self.written = None
         self.inline = forbid_names(self.ini_path, self.fresh_ini())
+        if self.fresh_ini().get("EMC", "VERSION") != INI_VERSION:
+            sentence = "%s is an INI file of LinuxCNC 2.7 or before: its [EMC]VERSION is not %s. LinuxCNC converts it: update_ini %s"
+            raise Impossible(wrapped(sentence % (os.path.basename(self.ini_path), INI_VERSION, shlex.quote(self.ini_path))))
         if " " in self.home and any(function.subroutines for function in self.functions):
             names = ", ".join(function.name for function in self.functions if function.subroutines)
             sentence = "LinuxCNC opens no subroutine in a path with a blank, and %s has some: rename %s."
@@ -319,9 +324,10 @@ class Wire:
                 "No joint is known for the axis %s, which %s needs: the kinematics are %s. If a joint of its own drives each "
                 "of these axes, name them: --joints %s."
             )
-            example = ",".join("%s=%d" % (letter, "XYZ".find(letter)) for letter in function.axes if letter in "XYZ")
+            example = ",".join("%s=%d" % (letter, letters.index(letter)) for letter in function.axes if letter in letters)
             kinematics = ini.get("KINS", "KINEMATICS") or "none"
-            raise Impossible(wrapped(sentence % (" and ".join(lacking), function.name, kinematics, example)))
+            lacking = " and ".join(letter for letter in lacking if letter in letters)
+            raise Impossible(wrapped(sentence % (lacking, function.name, kinematics, example)))
 
     def check_codes(self, ini):
         """No code of a function has a REMAP of the user."""
@@ -341,7 +347,7 @@ class Wire:
         """The functions joined to the machine, if necessary with more outputs of motmod."""
         wiring = self.join(trials, joints, "look")
         if wiring.motmod:
-            self.motmod = dict(wiring.motmod)
+            self.motmod, self.output_keys = dict(wiring.motmod), wiring.machine.output_keys()
             wiring = self.join(trials, joints, "look-again")
             if wiring.motmod:
                 wanted = " ".join("%s=%d" % item for item in self.motmod.items())
@@ -369,12 +375,19 @@ class Wire:
         return {name: ini.get(NUMBERS, name) for name in names} if ini else {}
 
     def add_outputs(self, ini):
-        """Into [EMCMOT]EMCMOT, which the line that loads motmod names in most configurations."""
-        if self.motmod:
-            value = ini.get("EMCMOT", "EMCMOT") or "motmod"
-            for option, number in self.motmod.items():
-                value = re.sub(r"\s*\b%s=\d+" % option, "", value) + " %s=%d" % (option, number)
-            ini.set("EMCMOT", "EMCMOT", value)
+        """Into the INI values that give the options to motmod, or else into [EMCMOT]EMCMOT, which the line that loads motmod
+        names in most configurations. Returns the lines (section, name, value)."""
+        lines = {}
+        for option, number in self.motmod.items():
+            if option in self.output_keys:
+                lines[self.output_keys[option]] = str(number)
+                continue
+            key = "EMCMOT", "EMCMOT"
+            value = lines.get(key) or ini.get(*key) or "motmod"
+            lines[key] = re.sub(r"\s*\b%s=\d+" % option, "", value) + " %s=%d" % (option, number)
+        for key, value in lines.items():
+            ini.set(*key, value)
+        return [(*key, value) for key, value in lines.items()]
 
     @staticmethod
     def tell_stand_ins(stand_ins):
@@ -473,9 +486,7 @@ class Wire:
             if value not in ini.all("RS274NGC", "REMAP"):
                 ini.add("RS274NGC", "REMAP", value)
                 self.added.append(("RS274NGC", "REMAP", value))
-        if self.motmod:
-            self.add_outputs(ini)
-            self.added.append(("EMCMOT", "EMCMOT", ini.get("EMCMOT", "EMCMOT")))
+        self.added += self.add_outputs(ini)
         for name, value in (("ACCESS", "operator"), ("SETTINGS", self.folder + "/panel.toml")):
             if not ini.get("PLUMB", name):
                 give("PLUMB", name, value)

@@ -23,7 +23,10 @@ LONGEST_PROGRAM = 300  # s of the machine's time
 def main():
     with open(sys.argv[1], encoding="utf-8") as file:
         task = json.load(file)
-    found = {"look": look, "check": check}[task["task"]](task)
+    try:
+        found = {"look": look, "check": check}[task["task"]](task)
+    except Overdue as error:
+        sys.exit("plumb wire: %s" % error)
     path = os.path.join(task["folder"], "result.json")
     with open(path + ".new", "w", encoding="utf-8") as file:
         json.dump(found, file)
@@ -135,7 +138,7 @@ class Machinery:
     def inside(self, letter):
         """The place where the axis stands, or one beside it that is clear of the soft limits."""
         low, high = limits(self.axes[letter])
-        edge = min(0.5 * self.unit, 0.02 * (high - low))
+        edge = min(5 * self.unit, 0.1 * (high - low))
         return min(max(self.position(letter), low + edge), high - edge)
 
     def room(self, letter, length):

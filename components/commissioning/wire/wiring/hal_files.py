@@ -119,8 +119,7 @@ class HalFiles:
             return word if ini.get("TRAJ", "LINEAR_UNITS") else ""
         if word != "[TRAJ]MAX_LINEAR_VELOCITY":
             return word
-        given = ini.get("TRAJ", "MAX_LINEAR_VELOCITY")
-        return word if given and float(given) >= fastest else "%g" % fastest
+        return word if ini.number("TRAJ", "MAX_LINEAR_VELOCITY", -1) >= fastest else "%g" % fastest
 
     def settings(self, function):
         """The settings of a function: its lengths are inches on an inch machine, and a stroke is no faster than the joint."""

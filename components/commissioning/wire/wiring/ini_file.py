@@ -2,11 +2,14 @@
 """An INI file with the files that it includes: LinuxCNC reads the values; lines are added where they belong."""
 
 import collections
+import contextlib
 import copy
 import difflib
 import errno
+import math
 import os
 import re
+import shlex
 import tempfile
 
 import linuxcnc
@@ -39,6 +42,9 @@ class IniFile:
     def _include(self, path):
         with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
             self.original[path] = file.read()
+        if self.original[path].startswith("\ufeff"):
+            sentence = "%s begins with a byte order mark, behind which LinuxCNC does not find the first line. This takes it away: sed -i '1s/^\\xEF\\xBB\\xBF//' %s"
+            raise Impossible(wrapped(sentence % (os.path.basename(path), shlex.quote(path))))
         self.before[path] = self.without(path, self.original[path])
         self.texts[path] = self.before[path].split("\n")
         if path != self.path:
@@ -84,6 +90,19 @@ class IniFile:
     def get(self, section, name):
         found = self.all(section, name)
         return found[0] if found else None
+
+    def number(self, section, name, default=None):
+        """A number; the default where there is none."""
+        text = (self.get(section, name) or "").strip()
+        if not text:
+            return default
+        with contextlib.suppress(ValueError):
+            if math.isfinite(float(text)) and "_" not in text:
+                return float(text)
+        place = self.named(section, name)[0]
+        remark = " LinuxCNC takes no remark behind a value: give the remark a line of its own." if re.search("[#;]", text) else ""
+        sentence = "%s:%d: %s = %s is no number.%s"
+        raise Impossible(wrapped(sentence % (os.path.basename(place.path), place.line + 1, name, text, remark)))
 
     def all(self, section, name):
         try:

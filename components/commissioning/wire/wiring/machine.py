@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The user's machine, as wiring needs it."""
 
+import re
+
 import hal_text
 
 INCH = 25.4  # mm
 MOTION = "motion-controller"
+STEPGEN = {  # keys of the drive's own limits, as PnCconf and StepConf spell them, and as Mesa's configuration tool does
+    "VELOCITY": ("STEPGEN_MAXVEL", "STEPGEN_MAX_VEL"),
+    "ACCELERATION": ("STEPGEN_MAXACCEL", "STEPGEN_MAX_ACC"),
+}
 
 
 class Machine:
@@ -35,10 +41,21 @@ class Machine:
                 return " (%s)" % found
         return ""
 
+    def output_keys(self):
+        """(section, name) of the INI values that give motmod its options num_dio and num_aio, by the option."""
+        keys = {}
+        for option in ("num_dio", "num_aio"):
+            for _place, line in hal_text.lines_with(option, self.files):
+                found = re.search(r"\b%s=%s" % (option, hal_text.VALUE.pattern), line)
+                if found:
+                    keys[option] = found[1], found[2] or found[3]
+        return keys
+
     def can_have_more_outputs(self):
         """Whether the line that loads motmod takes its options from the INI file."""
         from_ini = self.ini.get("EMCMOT", "EMCMOT") and self.at("[EMCMOT]EMCMOT", "[EMCMOT](EMCMOT)")
-        return bool(from_ini and not self.at("num_aio", "num_dio"))
+        keys = self.output_keys()
+        return bool(from_ini and not any(self.at(option) and option not in keys for option in ("num_aio", "num_dio")))
 
     def in_use(self, pin):
         """The user's signal that joins this pin to another one, or None."""
@@ -52,11 +69,10 @@ class Machine:
 
     def _travel(self, letter, joints):
         """The limits of an axis: its own, or the limits of its joint."""
-        given = [
-            self.ini.get("AXIS_" + letter, name) or self.ini.get("JOINT_%d" % joints[0], name)
-            for name in ("MIN_LIMIT", "MAX_LIMIT")
+        return [
+            self.ini.number("AXIS_" + letter, name, self.number(joints[0], name, default))
+            for name, default in (("MIN_LIMIT", -100), ("MAX_LIMIT", 100))
         ]
-        return [float(given[0] or -100), float(given[1] or 100)]
 
     def limits(self, joint):
         """The limits of a joint, as text for setp: the INI values by name, where they are given."""
@@ -68,7 +84,7 @@ class Machine:
 
     def number(self, joint, name, default=1):
         """A number of the section of a joint; without one LinuxCNC's default."""
-        return float(self.ini.get("JOINT_%d" % joint, name) or default)
+        return self.ini.number("JOINT_%d" % joint, name, default)
 
     def named(self, joint, name, default):
         """The word for setp: the INI value by name, where it is given."""
@@ -78,7 +94,7 @@ class Machine:
     def reserve(self, joint, name):
         """The part of the drive's speed or acceleration that motion leaves: what a STEPGEN has above motion, or a quarter more."""
         motion = self.number(joint, "MAX_" + name)
-        drive = self.number(joint, {"VELOCITY": "STEPGEN_MAXVEL", "ACCELERATION": "STEPGEN_MAXACCEL"}[name], 0)
+        drive = max(self.number(joint, spelling, 0) for spelling in STEPGEN[name])
         return drive - motion if drive > motion else motion / 4
 
     def travel(self, joint):
@@ -106,7 +122,7 @@ def joints_by_coordinates(ini):
     if not words or words[0] != "trivkins":
         return {}
     letters = next((word.split("=", 1)[1] for word in words if word.startswith("coordinates=")), "XYZABCUVW")
-    count = int(ini.get("KINS", "JOINTS") or len(letters))
+    count = int(ini.number("KINS", "JOINTS", len(letters)))
     coordinates = set((ini.get("TRAJ", "COORDINATES") or letters).replace(" ", "").upper())
     joints = {}
     for number, letter in enumerate(letters.upper()[:count]):

@@ -61,12 +61,9 @@ class Modules:
         for module, instances in self.instances.items():
             lacking = [instance for instance in instances if state.owner_of_prefix(instance) != module]
             if self.machine.loads(module) and lacking:
-                yours = ", ".join(state.instances(module)) or "without names"
-                sentence = (
-                    "%s is loaded by your configuration%s as %s. A module is loaded once: add %s to the names in your line, "
-                    "or use TWOPASS."
-                )
-                yield sentence % (module, self.machine.at(module), yours, ",".join(lacking))
+                names = ",".join([*state.instances(module), *lacking])
+                sentence = "Your configuration loads %s%s, and a module is loaded once: write names=%s in your line, or use TWOPASS."
+                yield sentence % (module, self.machine.at(module), names)
 
 
 def is_once(pin):

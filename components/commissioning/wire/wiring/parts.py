@@ -87,6 +87,9 @@ class Parts:
                     "%s is netted to the signal %s by a HALCMD line or a file of the screen%s. The stage %s-stage must come "
                     "behind that: move the line into a HALFILE." % (whole, later, self.machine.at(whole), prefix)
                 )
+            elif signal is None and self.machine.at("alias pin " + whole):
+                sentence = "Your alias%s gives %s another name, behind which %s-stage does not find it: use its own name in your nets."
+                self.problems.append(sentence % (self.machine.at("alias pin " + whole), whole, prefix))
             elif signal is None:
                 self.problems.append(
                     "%s has no signal: your HAL files must net it to the drive before %s-stage can stand between."

@@ -3,8 +3,11 @@
 
 import json
 import os
+import re
+import select
 import subprocess
 import sys
+import time
 
 import stand_ins
 import writing
@@ -18,7 +21,10 @@ MODELS = os.path.dirname(os.path.realpath(stand_ins.__file__))
 SPEED = 10  # times real time
 PATIENCE = 300  # s of this computer's time
 MODULE_PATIENCE = 10
-NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file")
+WRONG_NAME = b"Did you specify the correct name via 'loadusr -Wn'?"  # of halcmd, when another component has come
+NAME_PATIENCE = 30  # s from then on
+MOST_WORDS = 12  # lines
+NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file", "Starting LinuxCNC", "Machine configuration file")
 WRITTEN = (("RS274NGC", "PARAMETER_FILE"), ("EMCIO", "TOOL_TABLE"), ("TRAJ", "POSITION_FILE"))  # LinuxCNC writes these
 # Variables by which a program reaches another that runs outside the trial.
 OUTSIDE = (
@@ -150,25 +156,25 @@ class Trial:
 
 
 def finished(command, environment, patience):
-    """Exit status and output of a program that has this many seconds."""
-    with subprocess.Popen(
-        command,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        encoding="utf-8",
-        errors="replace",
-    ) as process:
+    """Exit status and output of a program that has this many seconds; fewer once halcmd waits for a name that nobody has."""
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(command, env=environment, **pipes) as process:
+        output, began = b"", time.monotonic()
         try:
-            output = process.communicate(timeout=patience)[0]
-        except subprocess.TimeoutExpired:
-            process.terminate()
-            output = process.communicate()[0] + "\nLinuxCNC did not end within %d s" % patience
+            while select.select([process.stdout], [], [], max(0, began + patience - time.monotonic()))[0]:
+                words = os.read(process.stdout.fileno(), 1 << 16)
+                if not words:
+                    break
+                output += words
+                if patience > NAME_PATIENCE and WRONG_NAME in output:
+                    began, patience = time.monotonic(), NAME_PATIENCE
+            else:
+                process.terminate()
+                output += process.stdout.read() + b"\nLinuxCNC did not end within %d s" % patience
         except BaseException:
             process.terminate()
             raise
-    return process.returncode, output
+    return process.returncode, output.decode(errors="replace")
 
 
 def in_sandbox(plan, host, words):
@@ -193,5 +199,9 @@ def in_sandbox(plan, host, words):
 
 
 def last_words(output):
-    lines = [line for line in output.splitlines() if line.strip() and not line.startswith(NOISE)]
-    return "\n".join("  " + line for line in lines[-40:])
+    """The last lines before LinuxCNC's own report of its end."""
+    lines = [re.sub(r"\.{4,}", "...", line) for line in output.splitlines()]
+    lines = [line for line in lines if line.strip(" .") and not line.startswith(NOISE)]
+    end = next((number for number, line in enumerate(lines) if line.startswith("Shutting down and cleaning up")), len(lines))
+    said = lines[:end][-MOST_WORDS:] + [line for line in lines[end:] if line.startswith("LinuxCNC did not end")]
+    return "\n".join("  " + line for line in said)

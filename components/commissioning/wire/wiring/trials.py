@@ -11,7 +11,7 @@ from machine import MOTION, Machine
 from model_parts import WANTED_FALSE, WANTED_TRUE, demanded
 from remedies import remedy
 from sandbox import OWN
-from stand_ins import StandIns
+from stand_ins import ABSENT, StandIns
 from step_rates import too_slow
 from texts import Impossible, wrapped
 from trial import NotStarted, Trial
@@ -47,10 +47,8 @@ class Trials:
                 found = self.trial.run("look", postgui=postgui)
                 break
             except NotStarted as error:
-                if not self.stand_ins.learn(str(error)):
-                    sentence = "Your configuration does not start here, without anything of Plumb:\n%s"
-                    advice = remedy(str(error), written)
-                    raise Impossible(sentence % error + ("\n" + wrapped(advice) if advice else "")) from None
+                if lacks_kinematics(str(error), written) or not self.stand_ins.learn(str(error)):
+                    raise Impossible("Your configuration does not start here, without anything of Plumb:\n%s" % advised(error, written)) from None
         else:
             raise Impossible("Your configuration does not start here: no pins could stand in for its drivers.")
         texts = {}
@@ -101,7 +99,10 @@ class Trials:
             "theirs": machine.complete.threads[machine.thread],
             "sequence": wiring.files.sequence,
         }
-        found = trial.run("check", **settings)
+        try:
+            found = trial.run("check", **settings)
+        except NotStarted as error:
+            raise Impossible("Your configuration does not start on the copy:\n%s" % advised(error, ini)) from None
         if found["overdue"]:  # a busy computer can upset LinuxCNC's programs on the faster clock
             found = trial.run("check", **settings)
         return found["seen"], found["messages"]
@@ -144,16 +145,33 @@ class Trials:
         begin_with_first_sequence(ini)
         if not stand_ins.outputs():
             return
-        for joint in range(int(ini.get("KINS", "JOINTS") or 0)):
+        for joint in joints(ini):
             if ini.get("JOINT_%d" % joint, "HOME_SEARCH_VEL"):
                 for name in ("HOME_SEARCH_VEL", "HOME_LATCH_VEL", "HOME_FINAL_VEL", "HOME_USE_INDEX"):
                     ini.set("JOINT_%d" % joint, name, "0")
 
 
+def lacks_kinematics(words, ini):
+    """Whether LinuxCNC has no module of the kinematics, for which nothing can stand in."""
+    module = (ini.get("KINS", "KINEMATICS") or "").split()[:1]
+    found = ABSENT.search(words)
+    return bool(found) and [found[1]] == module
+
+
+def advised(error, ini):
+    """What to do, or else LinuxCNC's words."""
+    advice = remedy(str(error), ini)
+    return wrapped(advice) if advice else str(error)
+
+
+def joints(ini):
+    return range(int(ini.number("KINS", "JOINTS", 0)))
+
+
 def begin_with_first_sequence(ini):
     """LinuxCNC homes all joints together only from sequence 0 or 1 on; some users home theirs one by one."""
-    sections = ["JOINT_%d" % joint for joint in range(int(ini.get("KINS", "JOINTS") or 0))]
-    sequences = {section: int(ini.get(section, "HOME_SEQUENCE") or 0) for section in sections}
+    sections = ["JOINT_%d" % joint for joint in joints(ini)]
+    sequences = {section: int(ini.number(section, "HOME_SEQUENCE", 0)) for section in sections}
     first = min(map(abs, sequences.values()), default=0)
     for section, sequence in sequences.items() if first > 1 else ():
         ini.set(section, "HOME_SEQUENCE", str(sequence - first + 1 if sequence > 0 else sequence + first - 1))
