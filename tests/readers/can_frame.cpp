@@ -26,7 +26,7 @@ void read(std::string_view text) {
         channel.multiplexer.emplace();
         channel.multiplexer->signal = {bytes[4] % 64, 8, (bytes[0] & 16) != 0,
                                        CanSignal::Type::unsigned_number};
-        channel.multiplexer->value = bytes[5];
+        channel.multiplexer->first = channel.multiplexer->last = bytes[5];
     }
     CanFrame frame;
     std::memcpy(&frame.id, bytes.data() + 8, 4);

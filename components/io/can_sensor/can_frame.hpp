@@ -42,10 +42,10 @@ struct CanMatch {
     }
 };
 
-// A signal that is in the frame only while another one, the multiplexer, has a value.
+// A signal that is in the frame only while another one, the multiplexer, has a value from first to last.
 struct CanMultiplexer {
     CanSignal signal;
-    std::uint64_t value = 0;
+    std::uint64_t first = 0, last = 0;
 };
 
 }  // namespace plumb

@@ -44,7 +44,8 @@ public:
                     damaged(i);
                     continue;
                 }
-                if (raw_bits(multiplexer->signal, frame.bytes) != multiplexer->value) continue;
+                const std::uint64_t value = raw_bits(multiplexer->signal, frame.bytes);
+                if (value < multiplexer->first || value > multiplexer->last) continue;
             }
             if (channel.signal.bytes() > frame.size)
                 damaged(i);

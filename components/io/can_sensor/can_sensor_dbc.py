@@ -4,6 +4,8 @@
 """Writes signals of a DBC file as a TOML file for can_sensor. See can_sensor_dbc(1)."""
 
 import argparse
+import contextlib
+import io
 import logging
 import os
 import re
@@ -14,6 +16,7 @@ import plumb_program  # noqa: E402
 
 LONGEST_NAME = 20  # of a channel of can_sensor
 LONGEST_UNIT = 12
+NO_SENDER = 0xFE  # of a J1939 message whose sender the file leaves open
 UNITS = {"°C": "degC", "\N{DEGREE SIGN}": "deg", "µm": "um", "": "1"}
 
 
@@ -26,16 +29,32 @@ def read(path):
     logging.disable(logging.CRITICAL)  # canmatrix reports formats that are not installed
     import canmatrix.formats
 
+    said = io.StringIO()
     try:
-        with open(path, "rb") as file:
-            matrix = canmatrix.formats.load_flat(file, "dbc", dbcImportEncoding="utf-8", dbcImportCommentEncoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        with open(path, "rb") as file, contextlib.redirect_stdout(said):
+            encoding = encoding_of(file.read())
+            file.seek(0)
+            matrix = canmatrix.formats.load_flat(file, "dbc", dbcImportEncoding=encoding, dbcImportCommentEncoding=encoding)
+    except OSError as error:
         raise Refusal("%s: %s" % (path, error)) from None
     except Exception as error:  # damaged text gives the parser exceptions of any kind
         raise Refusal("%s: no DBC file: %s" % (path, error)) from None
     if not matrix.frames:
         raise Refusal("%s: no DBC file with messages" % path)
+    for frame in matrix.frames:
+        frame.is_j1939 = "J1939PG" in str(frame.attribute("VFrameFormat", matrix, ""))
+    for line in re.findall(r"error with line no: (\d+)", said.getvalue()):
+        print("can_sensor_dbc: %s:%s is not read" % (path, line), file=sys.stderr)
     return matrix
+
+
+def encoding_of(data):
+    """UTF-8, or else the code page of Windows in which Vector's editor writes."""
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
 
 
 def signals_of(matrix):
@@ -75,7 +94,9 @@ def checked(names):
 
 
 def number(value):
-    """A decimal of the file as a TOML number, without a loss."""
+    """A decimal of the file as a TOML number: without a loss, up to the whole numbers that a double has."""
+    if abs(value) > 1 << 53:
+        return repr(float(value))
     text = format(value.normalize() if hasattr(value, "normalize") else value, "f")
     return text.rstrip("0").rstrip(".") if "." in text else text
 
@@ -105,7 +126,12 @@ def multiplexer_of(frame, signal):
     if owner.mux_val is not None:
         raise Refusal("%s.%s has a multiplexer that is multiplexed itself, which can_sensor does not read" % (frame.name, signal.name))
     start, length, order = place(owner)
-    return 'multiplexer = { start-bit = %d, length = %d, order = "%s", value = %d }\n' % (start, length, order, signal.mux_val)
+    ranges = signal.mux_val_grp or [[signal.mux_val, signal.mux_val]]
+    if len(ranges) > 1:
+        raise Refusal("%s.%s has %d ranges of its multiplexer, and can_sensor reads one" % (frame.name, signal.name, len(ranges)))
+    first, last = ranges[0]
+    to = ", to = %d" % last if last > first else ""
+    return 'multiplexer = { start-bit = %d, length = %d, order = "%s", value = %d%s }\n' % (start, length, order, first, to)
 
 
 def channel(frame, signal, name):
@@ -118,7 +144,9 @@ def channel(frame, signal, name):
     lines = "\n[[link.channel]]  # %s.%s\n" % (frame.name, signal.name)
     lines += 'name = "%s"\n' % name
     identity = frame.arbitration_id
-    if identity.extended:
+    if frame.is_j1939 and identity.j1939_source == NO_SENDER:
+        lines += "pgn = %d\n" % identity.pgn
+    elif identity.extended:
         lines += "id = 0x%08X\nextended = true\n" % identity.id
     else:
         lines += "id = 0x%03X\n" % identity.id

@@ -76,7 +76,8 @@ inline void type(TomlReader& table, CanChannel& channel) {
     channel.signal.length = channel.bit ? 1 : f64 ? 64 : f32 ? 32 : 16;
     if ((channel.bit || f64 || f32) && table.has("length") &&
         table.whole("length", 1, 64) != channel.signal.length)
-        table.refuse("length", "differs from the length of the type: " + std::to_string(channel.signal.length));
+        table.refuse("length",
+                     "differs from the length of the type: " + std::to_string(channel.signal.length));
 }
 
 // Frames by id or parameter group, or an object.
@@ -114,7 +115,10 @@ inline void source(TomlReader& table, CanChannel& channel, bool transmit) {
         channel.multiplexer.emplace();
         channel.multiplexer->signal.length = 8;
         channel.multiplexer->signal = place(multiplexer, channel.multiplexer->signal);
-        channel.multiplexer->value = static_cast<std::uint64_t>(multiplexer.whole("value", 0, INT64_MAX));
+        const std::int64_t first = multiplexer.whole("value", 0, INT64_MAX);
+        channel.multiplexer->first = static_cast<std::uint64_t>(first);
+        channel.multiplexer->last =
+            static_cast<std::uint64_t>(multiplexer.whole_or("to", first, first, INT64_MAX));
         multiplexer.end();
     }
 }

@@ -74,6 +74,43 @@ class Files(unittest.TestCase):
         self.assertRegex(checked.stdout, r"odd +0x18FECA15 extended +13\+11 +motorola +bar\n")
         self.assertIn("max-age = 0.03\n", done.stdout)
 
+    def test_files_of_other_editors(self):
+        """Code page 1252, ranges beyond whole numbers, J1939 without a sender, ranges of a multiplexer, a line that is none."""
+        head = 'VERSION ""\nBS_:\nBU_: X\n'
+        temperature = 'BO_ 256 D: 8 X\n SG_ T : 0|8@1+ (1,-40) [-40|215] "%s" X\n'
+        current = 'BO_ 256 D: 8 X\n SG_ T : 0|%d@1%s (1,0) [%s] "A" X\n%s'
+        j1939 = 'BO_ 2364540158 D: 8 X\n SG_ T : 24|16@1+ (0.125,0) [0|8031] "rpm" X\nBA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","J1939PG";\n'
+        multiplexed = 'BO_ 256 D: 8 X\n SG_ M M : 0|8@1+ (1,0) [0|0] "" X\n SG_ T m1 : 8|8@1+ (1,0) [0|0] "" X\nSG_MUL_VAL_ 256 T M %s;\n'
+        for text, expected in (
+            (temperature % "\N{DEGREE SIGN}C", 'unit = "degC"'),
+            (temperature % "degC" + 'CM_ SG_ 256 T "K\N{LATIN SMALL LETTER U WITH DIAERESIS}hlung";\n', 'unit = "degC"'),
+            (current % (32, "-", "-3.4E+038|3.4E+038", "SIG_VALTYPE_ 256 T : 1;\n"), "min = -3.4e+38\nmax = 3.4e+38\n"),
+            (current % (64, "+", "0|1.84467440737096E+019", ""), "min = 0\nmax = 1.84467440737096e+19\n"),
+            (current % (64, "-", "-9.22337203685478E+018|9.2E+018", ""), "min = -9.22337203685478e+18\nmax = 9.2e+18\n"),
+            (j1939 + 'BA_DEF_DEF_ "VFrameFormat" "J1939PG";\n', "\npgn = 61444\nstart-bit"),
+            (j1939 + 'BA_DEF_DEF_ "VFrameFormat" "StandardCAN";\nBA_ "VFrameFormat" BO_ 2364540158 1;\n', "\npgn = 61444\nstart-bit"),
+            (j1939.replace("540158", "539904") + 'BA_DEF_DEF_ "VFrameFormat" "J1939PG";\n', "\nid = 0x0CF00400\nextended = true\n"),
+            (multiplexed % "1-1", "value = 1 }"),
+            (multiplexed % "0-3", "value = 0, to = 3 }"),
+        ):
+            path = os.path.join(self.folder, "its.dbc")
+            with open(path, "w", encoding="cp1252") as file:
+                file.write(head + text)
+            done = subprocess.run([CONVERTER, path, "T"], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), text)
+            self.assertIn(expected, done.stdout)
+            checked = self.check(done.stdout)
+            self.assertEqual(checked.returncode, 0, checked.stderr)
+        with open(path, "w") as file:
+            file.write(head + multiplexed % "0-3, 5-7")
+        done = subprocess.run([CONVERTER, path, "T"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("D.T has 2 ranges of its multiplexer, and can_sensor reads one", done.stderr)
+        with open(path, "w") as file:
+            file.write(head + temperature % "degC" + "EV_ nothing;\n")
+        done = subprocess.run([CONVERTER, path, "T"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, "can_sensor_dbc: %s:6 is not read\n" % path))
+
     def test_the_converter_names_what_is_wrong(self):
         self.assertIn("there is no signal Spindle;", self.convert("Spindle").stderr)
         self.assertIn("write SIGNAL=name", self.convert("SpindleTorque=Load").stderr)

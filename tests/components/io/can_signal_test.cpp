@@ -174,8 +174,8 @@ TEST_F(CanSettingsFile, NothingIsSentUnlessTheFilePermitsIt) {
 
 TEST_F(CanSettingsFile, AMultiplexedSignalIsInItsFramesOnly) {
     const CanLinkSettings its = read(link + channel +
-                                     "id = 0x200\nmultiplexer = { start-bit = 0, length = 8, value = 2 "
-                                     "}\nstart-bit = 8\nlength = 8\nscale = 0.5\noffset = 1\n")
+                                     "id = 0x200\nmultiplexer = { start-bit = 0, length = 8, value = 2, "
+                                     "to = 4 }\nstart-bit = 8\nlength = 8\nscale = 0.5\noffset = 1\n")
                                     .links.at(0);
     const CanDispatch dispatch(its.channels);
     std::vector<double> values;
@@ -188,7 +188,9 @@ TEST_F(CanSettingsFile, AMultiplexedSignalIsInItsFramesOnly) {
     take(frame(0x200, {1, 10}));
     take(frame(0x200, {2, 20}));
     take(frame(0x201, {2, 30}));
-    EXPECT_EQ(values, std::vector<double>{11});
+    take(frame(0x200, {4, 40}));
+    take(frame(0x200, {5, 50}));
+    EXPECT_EQ(values, (std::vector<double>{11, 21}));
     EXPECT_EQ(damaged, 0);
     take(frame(0x200, {2}));
     take(frame(0x200, {}));
