@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/select.h>
 #include <sys/socket.h>
@@ -110,6 +111,8 @@ public:
                                     "the driver refuses " + std::to_string(settings.baud) + " baud");
         tcflush(number, TCIOFLUSH);
         if (ioctl(number, TIOCEXCL) != 0) fail();
+        if (flock(number, LOCK_EX | LOCK_NB) != 0)  // TIOCEXCL does not keep root out
+            throw std::system_error(EBUSY, std::generic_category());
         return ModbusConnection(std::move(descriptor), settings);
     }
 
@@ -152,7 +155,8 @@ public:
             const std::size_t come = waiting();
             if (come == 0 || (come == before && hung_up())) lost();
             const Expected expected = serial_ ? on_line(request, come, before) : over_tcp(request, come);
-            if (come >= expected.size || seconds_now() >= until) return received(request, until);
+            if (come >= expected.size || seconds_now() >= until)
+                return serial_ ? from_line(request, pauses, until) : from_tcp(request);
             before = come;
             pauses.wait(std::min(until, seconds_now() + expected.rest));
         }
@@ -215,18 +219,35 @@ private:
         return {whole, std::max(missing * serial_->byte_time(), 0.001)};
     }
 
-    ModbusReply received(const ModbusRequest& request, double until) {
-        // A serial adapter may keep back the rest of a reply after as many bytes as an exception has.
-        const double left = serial_ ? std::clamp(until - seconds_now(), 1e-6, 0.3) : 1e-6;
-        modbus_set_response_timeout(modbus_.get(), 0, static_cast<std::uint32_t>(std::lround(1e6 * left)));
+    ModbusReply from_tcp(const ModbusRequest& request) {
+        modbus_set_response_timeout(modbus_.get(), 0, 1);  // us: all bytes are there
         std::uint8_t bytes[MODBUS_MAX_ADU_LENGTH];
         const int size = modbus_receive_confirmation(modbus_.get(), bytes);
         if (size < 0 && errno < MODBUS_ENOBASE && errno != ETIMEDOUT) fail();
         // Nobody has asked for bytes after the end of the reply.
         if (size <= 0 || waiting() > 0) return modbus_wrong();
-        const auto its_size = static_cast<std::size_t>(size);
-        return serial_ ? modbus_reply_of(request, bytes, its_size - 2)
-                       : modbus_tcp_reply_of(request, number_, bytes, its_size);
+        return modbus_tcp_reply_of(request, number_, bytes, static_cast<std::size_t>(size));
+    }
+
+    // The reply among all bytes that come. A line without bias, and some drivers as they switch on, add
+    // bytes, which libmodbus would take for a part of the reply.
+    ModbusReply from_line(const ModbusRequest& request, Pauses& pauses, double until) {
+        constexpr double longest_rest = 0.3;  // s, for which an adapter may keep back the rest of a reply
+        std::vector<std::uint8_t> bytes;
+        while (bytes.size() <= MODBUS_MAX_ADU_LENGTH) {
+            std::uint8_t come[MODBUS_MAX_ADU_LENGTH];
+            const ssize_t count = read(number(), come, sizeof come);
+            if (count < 0 && errno != EAGAIN && errno != EINTR) fail();
+            if (count > 0) bytes.insert(bytes.end(), come, come + count);
+            if (waiting() > 0) continue;
+            const ModbusReply reply = modbus_line_reply_of(request, bytes);
+            if (reply.status != ModbusReply::Status::wrong) return reply;
+            const double now = seconds_now();
+            const bool may_be_whole = bytes.size() >= request.reply_size() + modbus_checksum_size;
+            const double end = may_be_whole ? now + serial_->silence() : std::min(until, now + longest_rest);
+            if (pauses.wait(number(), POLLIN, end) != Pauses::Woken::ready) break;
+        }
+        return modbus_wrong();
     }
 
     bool hung_up() const {

@@ -64,7 +64,7 @@ public:
         }
         for (const Task& task : tasks_)
             devices_.emplace(task.group.request.device,
-                             Device{BackOff(settings_.retry, settings_.retry_max), false, Next::value});
+                             Device{BackOff(settings_.retry, settings_.retry_max)});
     }
 
     void run() {
@@ -89,8 +89,11 @@ private:
 
     struct Device {
         BackOff back_off;
-        bool answers;
-        Next next;
+        bool answers = false;
+        Next next = Next::value;
+        double replied = 0;  // s
+        double pause = 0;    // s, after its reply
+        int unheard = 0;     // hasty requests since one was answered: see learn_pause()
     };
     struct Task {
         ModbusGroup group;
@@ -147,7 +150,9 @@ private:
         double when = 0;
         const double now = seconds_now();
         for (Task& task : tasks_) {
-            const double ready = std::max(task.due, device_of(task).back_off.until());
+            const Device& device = device_of(task);
+            const double ready = std::max({task.due, device.back_off.until(), device.replied + device.pause,
+                                           device.answers ? 0 : trial_after_});
             // Of those that wait the one that has waited longest.
             if (!next || (ready <= now && when <= now ? task.due < next->due : ready < when)) {
                 next = &task;
@@ -169,7 +174,7 @@ private:
         if (!settings_.is_serial())
             throw std::system_error(EPROTO, std::generic_category(), "reply without request");
         const std::size_t stray = drain();
-        if (stray < shortest_reply || last_ == nullptr) return;
+        if (stray < modbus_shortest || last_ == nullptr) return;
         // The reply before this one may have been late, and this is the one to the last request.
         const int number = last_->group.request.device;
         {
@@ -204,6 +209,8 @@ private:
         const double round_trip = seconds_now() - asked;
         if (state_.pauses.stopped()) return true;
         const bool whole = reply.status == Status::good || reply.status == Status::exception;
+        if (whole && hasty(device, asked)) device.unheard = 0;
+        if (whole) device.replied = asked + round_trip;
         if (whole && next == Next::nothing) {
             device.next = Next::alone;
             return false;
@@ -223,7 +230,7 @@ private:
                 break;
             }
             case Status::exception: refused(task, reply.exception); break;
-            default: failed(task, reply.status == Status::silent); return true;
+            default: failed(task, reply.status == Status::silent, asked); return true;
         }
         ++replies_;
         back_off_.succeeded();
@@ -301,11 +308,13 @@ private:
     }
 
     // No reply, or none that is intact: the device is left alone for a while.
-    void failed(Task& task, bool silent) {
+    void failed(Task& task, bool silent, double asked) {
         const int number = task.group.request.device;
         Device& device = device_of(task);
+        if (silent) learn_pause(device, asked);
         device.answers = false;
         device.back_off.failed(seconds_now());
+        trial_after_ = seconds_now() + settings_.timeout;
         bool any = false;
         for (const auto& [each, its] : devices_) any |= its.answers;
         {
@@ -325,6 +334,15 @@ private:
             connection_.close();
     }
 
+    // Some devices do not hear a request that comes sooner than 10 or 50 ms after their reply. If two such
+    // requests were silent, and none was answered between them, the next ones come later.
+    static bool hasty(const Device& device, double asked) { return asked - device.replied < 2 * first_pause; }
+    static void learn_pause(Device& device, double asked) {
+        if (hasty(device, asked) && ++device.unheard >= 2)
+            device.pause = device.pause > 0 ? last_pause : first_pause;
+    }
+    static constexpr double first_pause = 0.02, last_pause = 0.1;  // s
+
     // Discards what comes until the line is silent, for no longer than a reply takes; returns its bytes.
     std::size_t drain() {
         const std::size_t bytes =
@@ -340,8 +358,6 @@ private:
         if (reported_.is_new(text)) state_.say(settings_.name + ": " + text);
     }
 
-    static constexpr std::size_t shortest_reply = 5;  // bytes, on a serial line
-
     ModbusLinkState& state_;
     const ModbusLinkSettings& settings_;
     std::vector<Task> tasks_;
@@ -351,6 +367,9 @@ private:
     BackOff back_off_{settings_.retry, settings_.retry_max};  // of the connection
     int replies_ = 0;                                         // since it was made
     double quiet_until_ = 0;
+    // Those that do not answer are tried for at most half of the time, so that the others are asked as
+    // before.
+    double trial_after_ = 0;
     const Task* last_ = nullptr;  // that was answered
     Cause reported_;
 };

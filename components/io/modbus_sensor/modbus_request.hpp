@@ -128,6 +128,36 @@ inline ModbusReply modbus_reply_of(const ModbusRequest& request, const std::uint
     return reply;
 }
 
+// On a serial line, behind it: two bytes of checksum.
+constexpr std::size_t modbus_checksum_size = 2;
+
+// The shortest reply on a serial line. Fewer bytes without a request are stray ones.
+constexpr std::size_t modbus_shortest = modbus_exception_size + modbus_checksum_size;
+
+inline bool modbus_checksum_holds(const std::uint8_t* bytes, std::size_t size) {
+    unsigned rest = 0xFFFF;
+    for (std::size_t i = 0; i < size; ++i) {
+        rest ^= bytes[i];
+        for (int bit = 0; bit < 8; ++bit) rest = rest >> 1 ^ (rest & 1 ? 0xA001 : 0);
+    }
+    return rest == 0;  // with the checksum behind its bytes
+}
+
+// The judgement of a reply on a serial line, with stray bytes before and behind it.
+inline ModbusReply modbus_line_reply_of(const ModbusRequest& request,
+                                        const std::vector<std::uint8_t>& bytes) {
+    for (const std::size_t size : {request.reply_size() + modbus_checksum_size, modbus_shortest}) {
+        if (bytes.size() < size || bytes.size() >= size + modbus_shortest) continue;
+        for (std::size_t first = 0; first + size <= bytes.size(); ++first) {
+            const std::uint8_t* const its = bytes.data() + first;
+            if (!modbus_checksum_holds(its, size)) continue;
+            const ModbusReply reply = modbus_reply_of(request, its, size - modbus_checksum_size);
+            if (reply.status != ModbusReply::Status::wrong) return reply;
+        }
+    }
+    return modbus_wrong();
+}
+
 // In front of it over TCP: the number of the request, 0 for Modbus, and the size of the rest.
 constexpr std::size_t modbus_tcp_head = 6;
 

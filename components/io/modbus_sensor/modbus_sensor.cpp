@@ -131,7 +131,7 @@ static int check_file(const std::string& file) {
 static int list_file(const std::string& file) {
     for (const ModbusLinkSettings& link : ModbusSettings::read(file).links) print_hints(link);
     return list_links<ModbusSettings, ModbusLink>(
-        file, [](const ModbusLinkSettings& link) { return 2 * link.timeout + link.retry + 0.5; });
+        file, [](const ModbusLinkSettings& link) { return 2 * link.timeout + 10 * link.retry + 0.5; });
 }
 
 static constexpr hal::WithoutHal commands[] = {

@@ -58,6 +58,9 @@ struct SerialSettings {
     // Seconds that a byte takes.
     double byte_time() const { return (9.0 + (parity != 'N') + stop_bits) / baud; }
 
+    // Such as 19200 8E1.
+    std::string text() const { return std::to_string(baud) + " 8" + parity + std::to_string(stop_bits); }
+
     // Between two frames, s: three and a half bytes, and no less than above 19200 baud.
     double silence() const { return std::max(3.5 * byte_time(), 1.75e-3); }
 };
@@ -75,7 +78,7 @@ struct ModbusLinkSettings {
     std::vector<ModbusChannel> channels;
 
     bool is_serial() const { return !path.empty(); }
-    std::string place() const { return is_serial() ? path : host + ":" + port; }
+    std::string place() const { return is_serial() ? path + ", " + serial.text() : host + ":" + port; }
 };
 
 struct ModbusSettings {
@@ -124,8 +127,11 @@ inline void tcp(TomlReader& table, ModbusLinkSettings& link) {
         wrong();
 }
 
-inline void serial(TomlReader& table, ModbusLinkSettings& link) {
+inline void serial(TomlReader& table, ModbusLinkSettings& link, std::set<std::string>& names) {
     link.path = table.text("rtu");
+    if (!names.insert(link.path).second)
+        table.refuse("rtu",
+                     "is '" + link.path + "', the line of another link, whose channels may name device");
     if (link.path.front() != '/')
         table.refuse("rtu", "is '" + link.path + "', no absolute path such as /dev/serial/by-id/...");
     link.serial.baud = static_cast<int>(table.whole_or("baud", 19200, 1, 10000000));
@@ -152,6 +158,10 @@ inline void encoding(TomlReader& table, ModbusChannel& channel) {
                                            {"s16", Type::s16},
                                            {"u32", Type::u32},
                                            {"s32", Type::s32},
+                                           {"u64", Type::u64},
+                                           {"s64", Type::s64},
+                                           {"bcd16", Type::bcd16},
+                                           {"bcd32", Type::bcd32},
                                            {"f32", Type::f32},
                                            {"f64", Type::f64}});
     const std::vector<std::pair<std::string, bool>> orders{{"high-first", false}, {"low-first", true}};
@@ -161,7 +171,8 @@ inline void encoding(TomlReader& table, ModbusChannel& channel) {
     if (encoding.type == Type::bit) {
         encoding.first_bit = static_cast<int>(table.whole("first-bit", 0, 15));
     } else if (table.has("first-bit") || table.has("bits")) {
-        if (encoding.is_float()) table.refuse("bits", "are a part of a whole number, not of a float");
+        if (encoding.is_float() || encoding.is_decimal())
+            table.refuse("bits", "are a part of a whole number, not of a float or of decimal digits");
         if (channel.output) table.refuse("bits", "cannot be written: an output is a whole register");
         encoding.first_bit = static_cast<int>(table.whole("first-bit", 0, width - 1));
         encoding.bits = static_cast<int>(table.whole("bits", 1, width - encoding.first_bit));
@@ -218,7 +229,7 @@ inline ModbusLinkSettings link(TomlReader table, std::set<std::string>& names) {
     if (table.has("tcp"))
         tcp(table, link);
     else
-        serial(table, link);
+        serial(table, link, names);
     sensor_keys::times(table, link);
     if (link.is_serial()) sensor_keys::demand_long_retry(table, link);
     link.gap = static_cast<int>(table.whole_or("gap", 0, 0, 100));

@@ -92,6 +92,7 @@ public:
 
     std::atomic<bool> stop_{false};
     std::atomic<int> requests{0};
+    std::atomic<int> device{0};  // that the last one is for
 
 protected:
     virtual void serve() = 0;
@@ -101,6 +102,7 @@ protected:
         ++requests;
         const double asked = seconds_now();
         const std::size_t begin = serial ? 0 : 6;
+        device = request[begin];
         const Fault fault = healthy_ > 0 ? Fault::none : draw_();
         if (healthy_ > 0) --healthy_;
         const auto reply_at_once = [&] {
@@ -446,6 +448,89 @@ protected:
     std::vector<std::string> said;
 };
 
+// Settings of a serial line for tests of when it asks.
+ModbusLinkSettings patient(const std::filesystem::path& line) {
+    ModbusLinkSettings its = to(line);
+    its.timeout = 0.1;
+    its.retry = its.retry_max = 0.12;
+    its.channels[0].limits.max_age = 10;
+    return its;
+}
+
+TEST(ModbusLinkFaults, ADeviceThatIsDeafAfterItsReplyIsGivenAPause) {
+    for (const double deaf : {0.01, 0.05}) {
+        const Folder folder;
+        double replied = 0;
+        FaultyLine line(folder / "line", 0.1, 0.12, [&] {
+            const double now = seconds_now();
+            return now - replied < deaf ? Fault::silent : (replied = now, Fault::none);
+        });
+        line.start();
+        ModbusLinkSettings its = patient(folder / "line");
+        its.channels.push_back(its.channels[0]);
+        its.channels[1].first = 100;
+        std::vector<std::string> said;
+        ModbusLink link(its, collected(said));
+        link.start();
+        const auto all_valid = [&] {
+            const std::lock_guard lock(link.state().mutex);
+            return link.state().judges[0].at(seconds_now()).valid &&
+                   link.state().judges[1].at(seconds_now()).valid;
+        };
+        EXPECT_TRUE(becomes(all_valid)) << deaf;
+        link.stop(5);
+    }
+}
+
+TEST(ModbusLinkFaults, ALineHasOneProgram) {
+    const Folder folder;
+    FaultyLine line(folder / "line", 0.1, 0.12, [] { return Fault::none; });
+    line.start();
+    std::vector<std::string> said;
+    ModbusLink link(patient(folder / "line"), collected(said));
+    link.start();
+    ASSERT_TRUE(becomes([&] { return reading_of(link).valid; }));
+    std::vector<std::string> said_by_other;
+    ModbusLink other(patient(folder / "line"), collected(said_by_other));
+    other.start();
+    EXPECT_TRUE(becomes([&] { return !said_by_other.empty(); }));
+    EXPECT_THAT(said_by_other.front(), testing::HasSubstr("line, 115200 8N1: Device or resource busy"));
+    link.stop(5);
+    EXPECT_TRUE(becomes([&] { return reading_of(other).valid; }));
+    other.stop(5);
+}
+
+TEST(ModbusLinkFaults, SilentDevicesTakeNoTurnOfOneThatAnswers) {
+    const Folder folder;
+    std::vector<int> asked;
+    FaultyDevice* device = nullptr;
+    FaultyLine line(folder / "line", 0.1, 0.12, [&] {
+        asked.push_back(device->device);
+        return asked.back() == 1 ? Fault::none : Fault::silent;
+    });
+    device = &line;
+    line.start();
+    ModbusLinkSettings its = patient(folder / "line");
+    its.timeout = 0.03;
+    for (int number = 2; number < 40; ++number) {
+        its.channels.push_back(its.channels[0]);
+        its.channels.back().device = number;
+    }
+    std::vector<std::string> said;
+    ModbusLink link(its, collected(said));
+    link.start();
+    EXPECT_TRUE(becomes([&] { return line.requests > 300; }));
+    link.stop(5);
+    line.end();
+    int in_a_row = 0, silent = 0;
+    for (std::size_t i = 1; i < asked.size(); ++i) {
+        silent += asked[i] != 1;
+        in_a_row += asked[i] != 1 && asked[i - 1] != 1;
+    }
+    EXPECT_GT(silent, 5);
+    EXPECT_LT(in_a_row, 0.1 * silent) << "of " << silent << " requests to silent devices";
+}
+
 TEST(ModbusLinkFaults, EachHasItsCode) {
     using Code = SensorFault;
     const std::vector<std::tuple<Fault, Code, Code>> cases{
@@ -460,7 +545,7 @@ TEST(ModbusLinkFaults, EachHasItsCode) {
         {Fault::other_function, Code::damaged, Code::damaged},
         {Fault::other_size, Code::damaged, Code::damaged},
         {Fault::damaged, Code::damaged, Code::damaged},
-        {Fault::previous, Code::damaged, Code::damaged},
+        {Fault::previous, Code::damaged, Code::none},
         {Fault::twice, Code::damaged, Code::damaged},
         {Fault::exception, Code::refused, Code::refused},
         {Fault::closed, Code::disconnected, Code::disconnected},

@@ -46,6 +46,14 @@ TEST(ModbusValue, ReadsEveryTypeInEveryOrder) {
     EXPECT_EQ(value_of({0x400C, 0, 0, 0}, encoding(Type::f64)), 3.5);
     EXPECT_EQ(value_of({0, 0, 0, 0x400C}, encoding(Type::f64, true)), 3.5);
     EXPECT_TRUE(std::isnan(value_of({0x7FC0, 0}, encoding(Type::f32))));
+    EXPECT_EQ(value_of({0, 0x0001, 0, 0x0003}, encoding(Type::u64)), 4294967299.0);
+    EXPECT_EQ(value_of({0x0003, 0, 0x0001, 0}, encoding(Type::u64, true)), 4294967299.0);
+    EXPECT_EQ(value_of({0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF}, encoding(Type::u64)), 18446744073709551616.0);
+    EXPECT_EQ(value_of({0xFFFF, 0xFFFF, 0xFFFF, 0xFFFE}, encoding(Type::s64)), -2);
+    EXPECT_EQ(value_of({0x1234}, encoding(Type::bcd16)), 1234);
+    EXPECT_EQ(value_of({0x0056, 0x9801}, encoding(Type::bcd32)), 569801);
+    EXPECT_EQ(value_of({0x9801, 0x0056}, encoding(Type::bcd32, true)), 569801);
+    EXPECT_TRUE(std::isnan(value_of({0x12A4}, encoding(Type::bcd16))));
 }
 
 TEST(ModbusValue, ReadsBitsAndBitFields) {
@@ -59,7 +67,8 @@ TEST(ModbusValue, ReadsBitsAndBitFields) {
 
 TEST(ModbusValue, WhatIsWrittenIsReadBack) {
     std::mt19937 random(7);
-    for (const Type type : {Type::u16, Type::s16, Type::u32, Type::s32, Type::f32, Type::f64})
+    for (const Type type :
+         {Type::u16, Type::s16, Type::u32, Type::s32, Type::bcd16, Type::bcd32, Type::f32, Type::f64})
         for (const bool low_word : {false, true})
             for (const bool low_byte : {false, true})
                 for (int i = 0; i < 200; ++i) {
@@ -87,6 +96,14 @@ TEST(ModbusValue, ANumberThatTheTypeDoesNotHoldIsNotWritten) {
     EXPECT_EQ(word[0], 0x8000);
     EXPECT_FALSE(encode(32768, encoding(Type::s16), word));
     EXPECT_FALSE(encode(4294967296.0, encoding(Type::u32), word));
+    EXPECT_FALSE(encode(10000, encoding(Type::bcd16), word));
+    EXPECT_FALSE(encode(-1, encoding(Type::bcd32), word));
+    EXPECT_FALSE(encode(18446744073709551616.0, encoding(Type::u64), word));
+    EXPECT_FALSE(encode(9223372036854775808.0, encoding(Type::s64), word));
+    EXPECT_TRUE(encode(-9223372036854775808.0, encoding(Type::s64), word));
+    EXPECT_EQ(word[0], 0x8000);
+    EXPECT_TRUE(encode(18446744073709549568.0, encoding(Type::u64), word));
+    EXPECT_EQ(value_of({word[0], word[1], word[2], word[3]}, encoding(Type::u64)), 18446744073709549568.0);
     EXPECT_FALSE(encode(1e39, encoding(Type::f32), word));
     EXPECT_FALSE(encode(std::numeric_limits<double>::quiet_NaN(), encoding(Type::s32), word));
     EXPECT_FALSE(encode(2, encoding(Type::bit), word));
@@ -257,6 +274,15 @@ TEST(ModbusReplies, AReplyToAnythingElseIsWrong) {
     EXPECT_EQ(over_serial(request, with_checksum({0, 3, 2, 0xAE, 0x41})).status, Status::wrong);
     EXPECT_EQ(over_serial(request, with_checksum({17, 3, 4, 0xAE, 0x41, 0, 0})).status, Status::wrong);
     EXPECT_EQ(over_serial(request, {0xFF}).status, Status::wrong) << "noise";
+    for (std::size_t before = 0; before < 6; ++before)
+        for (std::size_t behind = 0; before + behind < 6; ++behind) {
+            Bytes strays(before, 0);
+            const Bytes reply = with_checksum(right);
+            strays.insert(strays.end(), reply.begin(), reply.end());
+            strays.resize(strays.size() + behind, 0xFF);
+            EXPECT_EQ(over_serial(request, strays).status, before + behind < 5 ? Status::good : Status::wrong)
+                << before << " stray bytes before the reply, " << behind << " behind it";
+        }
     Bytes twice = with_checksum(right);
     twice.insert(twice.end(), twice.begin(), twice.end());
     EXPECT_EQ(over_serial(request, twice).status, Status::wrong) << "two replies";

@@ -94,8 +94,10 @@ TEST_F(ModbusSettingsFile, ARefusalNamesFileLineKeyAndTheRight) {
                 HasSubstr(":4: register is missing: it is a whole number from 0"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0\nregistre = 1")),
                 HasSubstr(":9: unknown key 'registre'; did you mean 'register'?"));
-    EXPECT_THAT(refusal(tcp + channel("c", "register = 0\ntype = \"int16\"")),
-                HasSubstr(":9: type is 'int16', not one of bit, u16, s16, u32, s32, f32, f64"));
+    EXPECT_THAT(
+        refusal(tcp + channel("c", "register = 0\ntype = \"int16\"")),
+        HasSubstr(
+            ":9: type is 'int16', not one of bit, u16, s16, u32, s32, u64, s64, bcd16, bcd32, f32, f64"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "")), HasSubstr("unit is missing"));
     EXPECT_THAT(refusal(tcp + channel("c", "register = 0", "Unit = \"%\"\n")),
                 HasSubstr("unknown key 'Unit': write unit"));
@@ -119,6 +121,8 @@ TEST_F(ModbusSettingsFile, ARefusalNamesFileLineKeyAndTheRight) {
 TEST_F(ModbusSettingsFile, OddBaudRatesAreRefused) {
     EXPECT_THAT(refusal(serial + "baud = 12345\n" + one),
                 HasSubstr(":4: baud is 12345, not one of 1200 2400"));
+    EXPECT_THAT(refusal(serial + one + "[[link]]\nname = \"b\"\nrtu = \"/dev/ttyUSB0\"\n"),
+                HasSubstr("rtu is '/dev/ttyUSB0', the line of another link"));
     EXPECT_THAT(refusal(serial + "parity = \"mark\"\n" + one), HasSubstr("not one of even, odd, none"));
 }
 
