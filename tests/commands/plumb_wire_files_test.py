@@ -3,12 +3,15 @@
 """The files of plumb wire: it writes below its folders alone, all of them or none, and its trial cannot write elsewhere."""
 
 import errno
+import fcntl
 import json
 import os
 import re
+import select
 import socket
 import subprocess
 import sys
+import termios
 import unittest
 from unittest import mock
 
@@ -705,6 +708,20 @@ class Ends(unittest.TestCase):
             status, output = trial.finished(["sh", "-c", 'echo "%s"; exec sleep 100' % words], os.environ, 90)
         self.assertEqual((status, output.split("\n")), (-15, [words, "", "LinuxCNC did not end within 0 s"]))
         self.assertEqual(trial.finished(["sh", "-c", "echo here; exit 3"], os.environ, 90), (3, "here\n"))
+
+    def test_a_program_has_no_terminal_and_its_group_is_its_own(self):
+        master, slave = os.openpty()
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, slave)
+        script = "import sys, trial\nsys.exit(trial.finished(['sh', '-c', 'echo x > /dev/tty; kill -TERM 0; sleep 100'], None, 90)[0] + 15)"
+
+        def take_terminal():
+            os.setsid()
+            fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
+
+        done = subprocess.run([sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": ":".join(sys.path)}, stdin=slave, preexec_fn=take_terminal)
+        self.assertEqual(done.returncode, 0)  # it was not ended with the program
+        self.assertEqual(select.select([master], [], [], 0)[0], [])
 
     def test_the_last_words_are_those_before_linuxcnc_reports_its_end(self):
         said = ["./m.hal:%d: no" % line for line in range(1, 31)] + ["waits" + 500 * ".", "Shutting down and cleaning up LinuxCNC...", "log:"]

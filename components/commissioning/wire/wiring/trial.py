@@ -156,9 +156,10 @@ class Trial:
 
 
 def finished(command, environment, patience):
-    """Exit status and output of a program that has this many seconds; fewer once halcmd waits for a name that nobody has."""
+    """Exit status and output of a program that has this many seconds; fewer once halcmd waits for a name that nobody has. In a
+    session of its own it has no terminal to type into, and does not reach wire by its process group."""
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    with subprocess.Popen(command, env=environment, **pipes) as process:
+    with subprocess.Popen(command, env=environment, start_new_session=True, **pipes) as process:
         output, began = b"", time.monotonic()
         try:
             while select.select([process.stdout], [], [], max(0, began + patience - time.monotonic()))[0]:
