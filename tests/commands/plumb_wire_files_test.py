@@ -4,20 +4,24 @@
 
 import errno
 import fcntl
+import importlib.machinery
+import importlib.util
 import json
 import os
+import random
 import re
 import select
 import socket
 import subprocess
 import sys
 import termios
+import types
 import unittest
 from unittest import mock
 
 import linuxcnc
 from plumb_folder import TemporaryFolder
-from tree import BUILD, own_folder
+from tree import BUILD, ROOT, own_folder
 from wire_sample import plumb_wire, read, snapshot, write
 
 WIRING = os.path.join(BUILD, "share", "plumb", "wiring")
@@ -31,6 +35,7 @@ import later_files  # noqa: E402
 import rotary_axes  # noqa: E402
 import stand_ins  # noqa: E402
 import trial  # noqa: E402
+import trials  # noqa: E402
 import writing  # noqa: E402
 from ini_file import IniFile  # noqa: E402
 from hal_state import State  # noqa: E402
@@ -240,6 +245,80 @@ class Names(unittest.TestCase):
     def test_a_name_of_the_output_that_hal_would_read_otherwise(self):
         for name, words in (("my plumb", "a blank"), ("a:b", "the character ':'"), ("$(id)", r"the character '\$'"), ("[x]", "'\\['")):
             self.assertRegex(self.refusal("my.ini", output=name), "--output .* has .*%s in its name" % words)
+
+
+class Fuzz(unittest.TestCase):
+    """Damaged INI and HAL files are read, or refused in a sentence. PLUMB_FUZZ is the number of files."""
+
+    PIECES = (b"=", b"[", b"]", b"#", b";", b"\n", b"\r\n", b"\0", b"\xff", b"\xe4", b"\xef\xbb\xbf", b" ", b"\t", b"1e999", b"-", b"nan", b"~")
+    PIECES += (b"#INCLUDE ", b"$(HOME)", b"..", b"/", b"loadrt ", b"names=", b'"', b"'", b"{", b"[EMC]VERSION", b"9" * 40, "\u0130".encode())
+    MACHINE = os.path.join(ROOT, "tests", "specimens", "machines", "mesa_7i76e")
+
+    def damaged(self, name):
+        with open(os.path.join(self.MACHINE, name), "rb") as file:
+            text = bytearray(file.read())
+        draw = self.random
+        for _ in range(draw.choice((1, 1, 2, 4, 8))):
+            place, lines = draw.randrange(len(text)), text.split(b"\n")
+            line = draw.randrange(len(lines))
+            kind = draw.randrange(4)
+            if kind == 0:
+                text[place : place + draw.choice((1, 3, 20, 200))] = b""
+            elif kind == 1:
+                text[place:place] = draw.choice(self.PIECES)
+            else:
+                key = lines[line].split(b"=")[0] + b"=" + draw.choice(self.PIECES)
+                lines.insert(draw.randrange(len(lines)), lines[line] if kind == 2 else key)
+                text = bytearray(b"\n".join(lines))
+        return bytes(text)
+
+    def test_no_exception_but_a_refusal(self):
+        home, self.random = own_folder(self), random.Random(5)
+        loader = importlib.machinery.SourceFileLoader("plumb_wire", os.path.join(BUILD, "bin", "plumb-wire"))
+        wire = importlib.util.module_from_spec(importlib.util.spec_from_loader("plumb_wire", loader))
+        loader.exec_module(wire)
+        known = wire.all_functions(wire.FUNCTIONS)
+        path, hal = (os.path.join(home, name) for name in ("mesa.ini", "mesa.hal"))
+        arguments = types.SimpleNamespace(ini=path, output=None, joints="", stand_in=[], apply=False, remove=False)
+        ends = {True: 0, False: 0}
+        for number in range(int(os.environ.get("PLUMB_FUZZ", "80"))):
+            for name in (path, hal):
+                with open(name, "wb") as file:
+                    file.write(self.damaged(os.path.basename(name)))
+            try:
+                its = wire.Wire([known["squareness"], known["chopping"]], arguments, known)
+                ini = its.fresh_ini()
+                its.check_axes(wire.joints_by_coordinates(ini), ini)
+                its.check_codes(ini)
+                trials.begin_with_first_sequence(ini)
+                for joint in list(trials.joints(ini))[:9]:
+                    for key in ("MAX_VELOCITY", "MAX_ACCELERATION", "MIN_LIMIT", "MAX_LIMIT"):
+                        ini.number("JOINT_%d" % joint, key, 1)
+                files = [*hal_text.halfiles(ini, home), hal]
+                hal_text.where("net", files)
+                text = "".join(line for _place, line in hal_text.lines_with("net", files))
+                hal_text.nets_of(text)
+                hal_text.parse(text)
+                ends[True] += 1
+            except (Impossible, OSError) as error:
+                self.assertTrue(str(error).endswith((".", path)) or isinstance(error, OSError) or "sed" in str(error), str(error))
+                ends[False] += 1
+            except Exception as error:
+                raise AssertionError("file %d: %r" % (number, error)) from error
+        self.assertTrue(all(ends.values()), ends)
+
+    def test_a_file_of_ten_megabytes_in_one_line(self):
+        path = os.path.join(own_folder(self), "my.ini")
+        write(path, "[EMC]\nVERSION = 1.1\nA = %s\n" % ("x" * 10_000_000))
+        status, _, flat = plumb_wire("squareness", "--ini", path)
+        self.assertEqual((status, flat), (1, "plumb wire: nothing was written. %s is longer than 1048576 bytes." % path))
+
+    def test_a_byte_of_latin_1_is_named(self):
+        path = os.path.join(own_folder(self), "my.ini")
+        with open(path, "wb") as file:
+            file.write(b"[EMC]\nVERSION = 1.1\n[DISPLAY]\nDISPLAY = fr\xe4se\n")
+        with self.assertRaisesRegex(Impossible, "my.ini:4: DISPLAY is not UTF-8 text: save the file as UTF-8."):
+            IniFile(path).get("DISPLAY", "DISPLAY")
 
 
 class Values(unittest.TestCase):

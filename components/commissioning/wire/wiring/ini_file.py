@@ -16,7 +16,7 @@ import linuxcnc
 import writing
 from texts import Impossible, wrapped
 
-LONGEST = 1 << 20  # bytes of an included file
+LONGEST = 1 << 20  # bytes of a file
 
 Place = collections.namedtuple("Place", "path line text")  # line counts from 0
 
@@ -40,6 +40,8 @@ class IniFile:
         return other
 
     def _include(self, path):
+        if os.path.getsize(path) > LONGEST:
+            raise Impossible("%s is longer than %d bytes." % (path, LONGEST))
         with open(path, encoding="utf-8", errors="surrogateescape", newline="") as file:
             self.original[path] = file.read()
         if self.original[path].startswith("\ufeff"):
@@ -115,6 +117,12 @@ class IniFile:
                 if found != again:  # LinuxCNC takes an error for the end of the file
                     raise OSError(errno.EIO, os.strerror(errno.EIO), file.name)
                 return found
+        except SystemError:
+            place = next((place for place in self.named(section, name) if re.search("[\ud800-\udfff]", place.text)), None)
+            if place is None:
+                raise
+            sentence = "%s:%d: %s is not UTF-8 text: save the file as UTF-8."
+            raise Impossible(wrapped(sentence % (os.path.basename(place.path), place.line + 1, name))) from None
         except linuxcnc.error as error:
             raise OSError(errno.EIO, str(error), tempfile.gettempdir()) from None
         except OSError as error:
