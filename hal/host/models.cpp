@@ -41,6 +41,7 @@ struct Place {
     hal_type_t type = HAL_FLOAT;
     hal_data_u** pin = nullptr;              // in HAL's memory, where a net changes it
     std::optional<hal::AnyValue> cell = {};  // of another component
+    bool writes = false;                     // a pin of a program that has a model
 
     std::optional<hal::AnyValue> value() const {
         return pin != nullptr ? std::optional(hal::AnyValue(type, *pin)) : cell;
@@ -71,8 +72,10 @@ public:
     }
     bool on() const { return static_cast<double>(*this) != 0; }
     void operator=(double value) const {
-        if (place == nullptr || place->pin == nullptr || !std::isfinite(value)) return;
-        const hal::AnyValue pin(place->type, *place->pin);
+        if (place == nullptr || !std::isfinite(value) || (place->pin == nullptr && !place->writes)) return;
+        const auto found = place->value();
+        if (!found) return;
+        const hal::AnyValue& pin = *found;
         if (pin.type() == hal::AnyValue::Type::s32)
             value = std::clamp(std::floor(value), -2147483648.0, 2147483647.0);
         if (pin.type() == hal::AnyValue::Type::u32) value = std::clamp(std::floor(value), 0.0, 4294967295.0);
@@ -98,6 +101,8 @@ Role::Role(Part* part, std::string its_name, double otherwise)
 }
 
 namespace {
+
+constexpr Nanoseconds program_period = 1'000'000;
 
 // The largest value that a limit of 0 allows.
 double limit(double value) {
@@ -137,9 +142,11 @@ struct Stepgen final : Part {
 };
 
 // An encoder on a joint or a spindle that does what `source` says. With `ramp` the source is a speed, reached
-// at this rate. At an index the count begins again at 0; the command of a joint comes after it, by as much.
+// at this rate. With `gain` it is the output to a drive, which turns `gain` times as fast, up to `most`. At
+// an index the count begins again at 0; the command of a joint comes after it, by as much.
 struct Encoder final : Part {
     Role source{this, "source"}, ramp{this, "ramp"}, scale{this, "scale", 1}, pitch{this, "pitch", 1};
+    Role gain{this, "gain"}, most{this, "most", 1e300}, enable{this, "enable", 1};
     Role position{this, "position"}, velocity{this, "velocity"}, rpm{this, "rpm"};
     Role counts{this, "counts"}, rawcounts{this, "rawcounts"}, index_enable{this, "index-enable"};
     double last = 0, zero = 0, speed = 0, turned = 0;
@@ -152,6 +159,8 @@ struct Encoder final : Part {
         if (ramp > 0) {
             speed = std::clamp(at, speed - ramp * dt, speed + ramp * dt);
             at = turned += speed * dt;
+        } else if (gain > 0) {
+            at = turned += enable.on() ? std::clamp(at * gain, -most, +most) * dt : 0;
         } else if (first) {
             last = at;
         } else if (indexed && std::abs(at - last + *indexed) < std::abs(*indexed) / 2) {
@@ -223,10 +232,15 @@ struct Inverse final : Part {
     void move(double) override { out = in.on() ? 0 : 1; }
 };
 
-// Gives its input on.
+// Gives its input on; with `ramp` it changes by no more than that in a second.
 struct Follow final : Part {
-    Role in{this, "in"}, factor{this, "factor", 1}, out{this, "out"};
-    void move(double) override { out = in * factor; }
+    Role in{this, "in"}, factor{this, "factor", 1}, ramp{this, "ramp", 1e300}, out{this, "out"};
+    double at = 0;
+    void move(double dt) override {
+        if (!in.known()) return;
+        at = std::clamp(in * factor, at - ramp * dt, at + ramp * dt);
+        out = at;
+    }
 };
 
 // A drive's states by CiA 402: the status that belongs to each order of the control word, one state in a
@@ -320,12 +334,31 @@ struct Models::Model {
     std::map<std::string, Place> places;  // addresses stay
     std::vector<std::unique_ptr<Part>> parts;
 
+    // The parts of a description, at the places of this model.
+    void add(const Description& described);
+    void move(double dt) const {
+        for (const auto& part : parts) part->move(dt);
+    }
     static void update(void* model, long period) {
-        const double dt = static_cast<double>(period) * 1e-9;
-        for (const auto& part : static_cast<Model*>(model)->parts) part->move(dt);
+        static_cast<Model*>(model)->move(static_cast<double>(period) * 1e-9);
     }
     static void nothing(void*, long) {}
 };
+
+void Models::Model::add(const Description& described) {
+    for (const Description::Part& part : described.parts) {
+        auto& made = parts.emplace_back(part.maker());
+        const auto role_of = [&](const std::string& name) {
+            const auto found = std::find_if(made->roles.begin(), made->roles.end(),
+                                            [&](const Role* role) { return role->name == name; });
+            return found != made->roles.end() ? *found : made->more(name);
+        };
+        for (const auto& [name, pin] : part.pins)
+            if (Role* const role = role_of(name)) role->place = &places[pin];
+        for (const auto& [name, number] : part.numbers)
+            if (Role* const role = role_of(name)) role->number = number;
+    }
+}
 
 Models::Models(const std::string& file) {
     if (file.empty()) return;
@@ -334,8 +367,16 @@ Models::Models(const std::string& file) {
         const Json json = Json::parse(text);
         for (const auto& [module, described] : json.at("modules").items())
             described_[module] = std::make_unique<Description>(described);
+        if (json.contains("program_pins")) {
+            programs_model_ = std::make_unique<Model>();
+            const Description described(json.at("program_pins"));
+            for (const Description::Pin& pin : described.pins)
+                programs_model_->places[pin.name].writes = pin.direction != HAL_IN;
+            programs_model_->add(described);
+        }
         programs_ = json.value("programs", programs_);
         path_ = json.value("path", path_);
+        module_folder_ = json.value("module_folder", module_folder_);
     } catch (const std::exception& error) {
         throw std::runtime_error("the models in " + file + " cannot be read: " + error.what());
     }
@@ -371,18 +412,7 @@ int Models::load(const std::string& module) {
         if (result != 0) return failed(result);
         hal::AnyValue(pin.type, *place.pin).set_number(pin.value);
     }
-    for (const Description::Part& part : described.parts) {
-        auto& made = model->parts.emplace_back(part.maker());
-        const auto role_of = [&](const std::string& name) {
-            const auto found = std::find_if(made->roles.begin(), made->roles.end(),
-                                            [&](const Role* role) { return role->name == name; });
-            return found != made->roles.end() ? *found : made->more(name);
-        };
-        for (const auto& [name, pin] : part.pins)
-            if (Role* const role = role_of(name)) role->place = &model->places[pin];
-        for (const auto& [name, number] : part.numbers)
-            if (Role* const role = role_of(name)) role->number = number;
-    }
+    model->add(described);
     const auto reads = [](const std::string& name) {
         return name.find("read") != std::string::npos || name.find("update") != std::string::npos;
     };
@@ -403,7 +433,14 @@ void Models::unload(const std::string& module) {
     loaded_.erase(module);
 }
 
+void Models::move(Nanoseconds now) {
+    if (!programs_model_ || now - moved_ < program_period) return;
+    programs_model_->move(static_cast<double>(now - moved_) * 1e-9);
+    moved_ = now;
+}
+
 bool Models::watches() const {
+    if (programs_model_ && PLUMB_HAL(hal_init) != nullptr && !programs_model_->parts.empty()) return true;
     return std::any_of(loaded_.begin(), loaded_.end(), [](const auto& loaded) {
         const auto& places = loaded.second->places;
         return std::any_of(places.begin(), places.end(),
@@ -412,12 +449,20 @@ bool Models::watches() const {
 }
 
 void Models::resolve(const Names& names) {
-    for (const auto& [module, model] : loaded_)
-        for (auto& [name, place] : model->places) {
+    const auto find = [&](Model& model) {
+        for (auto& [name, place] : model.places) {
             if (place.pin != nullptr) continue;
             const std::optional<Cell> cell = names.find(name);
             place.cell = cell ? std::optional(cell->value) : std::nullopt;
         }
+    };
+    for (const auto& [module, model] : loaded_) find(*model);
+    if (programs_model_) find(*programs_model_);
+}
+
+void Models::lose_names() {
+    if (programs_model_)
+        for (auto& [name, place] : programs_model_->places) place.cell.reset();
 }
 
 }  // namespace plumb::host

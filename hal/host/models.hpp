@@ -7,11 +7,13 @@
 //     functions   the names that HAL files add to threads
 //     parts       {"kind": KIND, "pins": {ROLE: NAME}, "numbers": {ROLE: VALUE}}; see the kinds in models.cpp
 //
+// "program_pins" describes the pins of programs, whose components stand_in.py makes: {"pins", "parts"}.
 // "programs" has files that cover programs for the host alone, [file, path], and "path" a folder for PATH.
+// "module_folder" has modules that were compiled for this run.
 //
 // A role of a part names a pin of the module, or any pin or signal of HAL, which is then only read. The parts
 // move in the module's first function that reads (".read", ".update"), else in its first function: as with
-// the driver, nothing moves in a HAL without this function.
+// the driver, nothing moves in a HAL without this function. Programs move once in a millisecond.
 #pragma once
 
 #include <map>
@@ -19,6 +21,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "hal/host/time.hpp"
 
 namespace plumb::host {
 
@@ -35,6 +39,7 @@ public:
     // std::runtime_error.
     void cover_programs() const;
 
+    const std::string& module_folder() const { return module_folder_; }
     bool has(const std::string& module) const { return described_.count(module) > 0; }
 
     // As modules are loaded: 0, or a negative number after a message.
@@ -44,15 +49,21 @@ public:
     // Whether a loaded part reads a pin of another component; and finds these pins again.
     bool watches() const;
     void resolve(const Names& names);
+    void lose_names();
+
+    // Moves the pins of programs.
+    void move(Nanoseconds now);
 
 private:
     struct Description;
     struct Model;
 
     std::vector<std::pair<std::string, std::string>> programs_;
-    std::string path_;
+    std::string path_, module_folder_;
     std::map<std::string, std::unique_ptr<Description>> described_;
     std::map<std::string, std::unique_ptr<Model>> loaded_;
+    std::unique_ptr<Model> programs_model_;
+    Nanoseconds moved_ = 0;
 };
 
 }  // namespace plumb::host

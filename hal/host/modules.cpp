@@ -100,7 +100,9 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
 
 Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options,
                  const std::string& models)
-    : folders_(std::move(folders)), options_(std::move(options)), models_(models) {}
+    : folders_(std::move(folders)), options_(std::move(options)), models_(models) {
+    if (!models_.module_folder().empty()) folders_.insert(folders_.begin(), models_.module_folder());
+}
 
 Modules::~Modules() {
     unload_all();

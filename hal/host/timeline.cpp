@@ -58,6 +58,7 @@ bool Timeline::go_on(std::chrono::nanoseconds patience, Nanoseconds limit) {
 
 bool Timeline::turn() noexcept try {
     work_in_background();
+    models_.move(scheduler().time());
     if (!expectations_.empty()) expectations_.check(scheduler().time());
     return end_instant() && turn_to_release();
 } catch (...) {
@@ -130,6 +131,7 @@ void Timeline::look_again() {
 void Timeline::lose_names() {
     while (!recorders_.empty()) end_recording(std::string(recorders_.begin()->first));
     expectations_.lose_all();
+    models_.lose_names();
     replayer_.reset();
 }
 

@@ -16,13 +16,11 @@ A bench has neither LinuxCNC's task nor its io and halui. Their pins are there, 
 import itertools
 import json
 import os
-import re
-import shutil
 import sys
 
 from stand_ins import StandIns
 from texts import Impossible
-from write_models import Ini, Place, models_of, show
+from write_models import Ini, Place, models_of, show, variable
 
 import hal_text
 
@@ -57,18 +55,6 @@ def pins_of_programs(models):
     }
 
 
-def variable(name):
-    """A variable that LinuxCNC's script sets first of all: a folder of this LinuxCNC."""
-    path = shutil.which("linuxcnc")
-    if path is None:
-        raise Impossible("LinuxCNC's script linuxcnc is not in PATH")
-    with open(path, encoding="utf-8", errors="replace") as file:
-        found = re.search(r"^%s=([^;\s]+)" % name, file.read(), re.M)
-    if not found:
-        raise Impossible("%s does not set %s" % (path, name))
-    return found[1].strip("\"'")
-
-
 def whole(ini, place):
     """The INI file without included files: halcmd does not know them."""
     with open(ini.path, encoding="utf-8", errors="surrogateescape") as file:
@@ -98,7 +84,7 @@ def machine(ini, place, with_models):
     if with_models:
         show(models)
     programs = pins_of_programs(models)
-    listed = place.list_models({**models.models, **programs})
+    listed = place.list_models({**models.listed, "modules": {**models.models, **programs}})
     library, path = variable("HALLIB_DIR"), whole(ini, place)
     commands = [["loadrt", name] for name in programs]
     for section, key, usual in (("TRAJ", "TPMOD", "tpmod"), ("EMCMOT", "HOMEMOD", "homemod")):
@@ -114,6 +100,7 @@ def machine(ini, place, with_models):
         "HALLIB_DIR": library,
         "HALLIB_PATH": ".:" + library,
         "LINUXCNC_TCL_DIR": tcl,
+        "HAL_RTMOD_DIR": variable("LINUXCNC_RTLIB_DIR"),
         "INI_FILE_NAME": path,
         "CONFIG_DIR": ini.folder,
         "PATH": os.path.join(ini.folder, "bin") + ":" + os.environ.get("PATH", os.defpath),

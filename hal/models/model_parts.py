@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The parts of models: how their pins move. A driver's own parts come from its model file; the travel of the INI gives
-switches, and nets tell what an encoder sits on."""
+switches, and nets tell what an encoder sits on and what a spindle's inputs follow."""
 
+import collections
 import re
 
 from texts import Impossible
 
 RAMP = 1000 / 60  # revolutions per second, in a second, of a spindle
+HEADROOM = 1.2  # the speed of a drive at its full output, as a multiple of MAX_VELOCITY
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)")  # LinuxCNC reads no further
 MARGIN = {"mm": 5.0, "inch": 0.2}  # from the start to a home switch, and from a soft limit to a limit switch
 # Inputs that hold a machine back, by the value with which it works.
 WANTED_TRUE = re.compile(r".*emc-enable-in|.*\.ok-in|.*\.at-speed|motion\.enable")
@@ -30,8 +33,9 @@ LOGIC = {  # inputs of a module, and their values, that give its output a value
 def number_in(ini, section, name, usual, kind):
     """A number of the INI file."""
     value = ini.get(section, name) or usual
+    found = NUMBER.match(str(value))
     try:
-        return kind(value)
+        return kind(found[1] if found else value)
     except ValueError:
         raise Impossible("%s: [%s]%s = %s is no %s number" % (ini.path, section, name, value, "whole" if kind is int else "decimal")) from None
 
@@ -49,30 +53,33 @@ def demanded(pin, value, writer_of, owner_of, outputs, passed=frozenset()):
         yield from demanded("%s.%s" % (head, name), wanted, writer_of, owner_of, outputs, passed | {writer})
 
 
-def add(models, files, nets, ini, text, follows):
+def add(stand_ins, follows):
     """Adds the parts to the models."""
-    Parts(models, nets, ini, text).add(files, follows)
+    Parts(stand_ins).add(stand_ins.files, follows)
 
 
 class Parts:
-    def __init__(self, models, nets, ini, text):
-        self.models, self.nets, self.ini = models, nets, ini
-        self.signals = {pin: signal for signal, (pins, _) in nets.items() for pin in pins}
-        self.kinds = {row[0]: row for model in models.values() for row in model["pins"]}
+    def __init__(self, stand_ins):
+        self.nets, self.ini, self.text, self.told = stand_ins.nets, stand_ins.ini, stand_ins.all, stand_ins.told
+        self.drivers, self.bus = stand_ins.models, stand_ins.ethercat
+        self.models = [*stand_ins.models.values(), *stand_ins.program_models.values()]
+        self.signals = {pin: signal for signal, (pins, _) in self.nets.items() for pin in pins}
+        self.kinds = {row[0]: row for model in self.models for row in model["pins"]}
         self.outputs = {name for name, row in self.kinds.items() if row[2] == "OUT"}
         self.instances = {}
-        for line in re.findall(r"^\s*(?:hal\s+)?loadrt\s+(.*)$", text, re.M):
+        for line in re.findall(r"^\s*(?:hal\s+)?loadrt\s+(.*)$", self.text, re.M):
             module, *options = line.split()
-            names = [option[6:].split(",") for option in options if option.startswith("names=")]
-            for instance in names[0] if names else [module]:
+            names = [option[6:].strip("\"'").split(",") for option in options if option.startswith("names=")]
+            for instance in names[0] if names else [module, module.replace("_", "-")]:
                 self.instances[instance] = module
 
     def add(self, files, follows):
-        for model in self.models.values():
+        for model in self.drivers.values():
             names = [row[0] for row in model["pins"]]
             for file in files:
                 for part in file.parts:
                     model["parts"] += _of_file(part, names)
+        self._drives_of_the_bus()
         self._joints(follows)
         self._spindles()
         if not follows:
@@ -94,18 +101,85 @@ class Parts:
 
     def _part(self, pin):
         """The part that writes a pin, or None."""
-        for model in self.models.values():
+        for model in self.models:
             for part in model["parts"]:
                 if any(name == pin and role in ("position", "velocity", "rpm", "out") for role, name in part["pins"].items()):
                     return part
         return None
 
     def _model(self, pin):
-        return next(model for model in self.models.values() if any(row[0] == pin for row in model["pins"]))
+        return next(model for model in self.models if any(row[0] == pin for row in model["pins"]))
+
+    def _set(self, pin):
+        """The value that the user's files set, or None."""
+        found = re.search(r"^\s*(?:HALCMD\s*=\s*)?(?:hal\s+)?setp\s+%s\s+(\S+)" % re.escape(pin), self.text, re.M)
+        number = found and NUMBER.fullmatch(found[1])
+        return float(number[1]) if number else None
+
+    def _reached(self, signal):
+        """The inputs that a signal reaches, straight and through components with numbers: the product of the gains up to
+        each of them, and the components."""
+        found, waiting = {}, collections.deque([(signal, 1.0, ())])
+        passed = {signal}
+        while waiting:
+            signal, factor, heads = waiting.popleft()
+            for pin in self.nets[signal][0]:
+                if pin in found or (self.kinds.get(pin) or self.told(pin))[-2 if pin in self.kinds else 1] == "OUT":
+                    continue
+                found[pin] = factor, heads
+                head = pin.rpartition(".")[0]
+                if pin in self.kinds or not self._owner(pin):
+                    continue
+                gain = (self._set(head + ".gain") or 1.0) if self._owner(pin) == "scale" else 1.0
+                for other, theirs in self.signals.items():
+                    if other.rpartition(".")[0] == head and theirs not in passed and self.told(other) == ["float", "OUT"]:
+                        passed.add(theirs)
+                        waiting.append((theirs, factor * gain, (*heads, head)))
+        return found
+
+    def _drives_of_the_bus(self):
+        """Drives by the objects in the file of an EtherCAT bus, with the pins that HAL files name."""
+        for drive in self.bus.drives:
+            pins = {role: pin for role, pin in drive.items() if pin in self.kinds}
+            if "control" in pins and "status" in pins:
+                model = self._model(pins["control"])
+                model["parts"] = [part for part in model["parts"] if part["pins"].get("control") != pins["control"]]
+                model["parts"].append({"kind": "drive", "pins": pins, "numbers": {}})
+
+    def _actuator(self, joint, position):
+        """How an output moves the encoder whose position closes a loop to it: a step generator's position, or gain, greatest
+        speed and what enables a drive. None without a loop outside the driver."""
+        back = self._reached(self.signals[position])
+        there = self._reached(self.signals["joint.%d.motor-pos-cmd" % joint])
+        for pin, (factor, heads) in there.items():
+            if pin not in back or pin not in self.kinds or not heads or self.kinds[pin][1] != "float":
+                continue
+            for part in (part for model in self.models for part in model["parts"]):
+                if part["kind"] == "stepgen" and pin in (part["pins"].get("command"), part["pins"].get("velocity-command")):
+                    return {"source": self._position_of(part, pin)}, {}
+            fastest = number_in(self.ini, "JOINT_%d" % joint, "MAX_VELOCITY", 1, float) * HEADROOM
+            head = pin.rpartition(".")[0]
+            full = self._set(head + ".scale") or self._set(pin + "-scalemax") or next(filter(None, (self._set(other + ".maxoutput") for other in heads)), None) or 1.0
+            tuned = next(filter(None, (self._set(other + ".FF1") for other in heads)), None)
+            gain = abs(1 / (tuned * factor)) if tuned else fastest / abs(full)
+            pins = {"source": pin}
+            on = self.signals.get("joint.%d.amp-enable-out" % joint)
+            enables = [other for other in self.nets[on][0] if other in self.kinds and other.startswith(head + ".")] if on else []
+            if enables:
+                pins["enable"] = enables[0]
+            return pins, {"gain": gain if factor > 0 else -gain, "most": max(fastest, gain * abs(full))}
+        return None
+
+    def _position_of(self, stepgen, command):
+        """The pin of a step generator's position. The user's files need not name it."""
+        if "position" not in stepgen["pins"]:
+            stepgen["pins"]["position"] = command.rpartition(".")[0] + ".position-fb"
+            self._model(command)["pins"].append([stepgen["pins"]["position"], "float", "OUT", 0])
+        return stepgen["pins"]["position"]
 
     def _joints(self, follows):
         """The feedback of joints: a step generator moves by its own command, all else as its joint is commanded."""
-        drives = any(part["kind"] == "drive" and {"position", "target"} <= set(part["pins"]) for model in self.models.values() for part in model["parts"])
+        drives = any(part["kind"] == "drive" and {"position", "target"} <= set(part["pins"]) for model in self.models for part in model["parts"])
         for joint in range(number_in(self.ini, "KINS", "JOINTS", 0, int)):
             command = self.signals.get("joint.%d.motor-pos-cmd" % joint)
             writer = self._writer("joint.%d.motor-pos-fb" % joint)
@@ -115,7 +189,9 @@ class Parts:
             if part and not follows and (part["kind"] == "stepgen" or (part["kind"] == "cia402" and drives)):
                 continue
             if part and part["kind"] == "encoder":
-                part["pins"]["source"] = command
+                actuator = None if follows else self._actuator(joint, writer)
+                part["pins"].update(actuator[0] if actuator else {"source": command})
+                part["numbers"].update(actuator[1] if actuator else {})
                 continue
             if part:
                 self._model(writer)["parts"].remove(part)
@@ -129,10 +205,31 @@ class Parts:
                 if part and part["kind"] == "encoder" and "source" not in part["pins"]:
                     part["pins"]["source"] = source
                     part["numbers"] = {"ramp": RAMP}
-            ready = self._writer("spindle.%d.at-speed" % spindle)
-            if ready in self.outputs:
-                pins = {"out": ready, "source": source}
-                self._model(ready)["parts"].append({"kind": "at-speed", "pins": pins, "numbers": {"ramp": RAMP}})
+            for ready, level in demanded("spindle.%d.at-speed" % spindle, True, self._writer, self._owner, self.outputs):
+                if level:
+                    pins = {"out": ready, "source": source}
+                    self._model(ready)["parts"].append({"kind": "at-speed", "pins": pins, "numbers": {"ramp": RAMP}})
+            self._speeds(spindle, source)
+
+    def _speeds(self, spindle, source):
+        """Speeds that a driver or a program measures: those that reach the spindle's speed-in, or are compared with its command."""
+        commands = {}  # input of a component -> command, in revolutions per second, times this factor
+        for name, factor in (("speed-out", 60), ("speed-out-abs", 60), ("speed-out-rps", 1), ("speed-out-rps-abs", 1)):
+            signal = self.signals.get("spindle.%d.%s" % (spindle, name))
+            for pin, (gain, _) in self._reached(signal).items() if signal else ():
+                commands[pin] = factor * gain
+        for output in sorted(self.outputs):
+            signal = self.signals.get(output)
+            if not signal or self.kinds[output][1] != "float" or self._part(output):
+                continue
+            for pin, (gain, _) in self._reached(signal).items():
+                head, _, name = pin.rpartition(".")
+                other = {"in1": head + ".in2", "in2": head + ".in1"}.get(name)
+                factor = 1 if pin == "spindle.%d.speed-in" % spindle else commands.get(other) if self._owner(pin) == "near" else None
+                if factor and gain:
+                    numbers = {"factor": factor / gain, "ramp": RAMP * abs(factor / gain)}
+                    self._model(output)["parts"].append({"kind": "follow", "pins": {"in": source, "out": output}, "numbers": numbers})
+                    break
 
     def _inputs(self):
         """Inputs that hold the machine back have the values with which it works."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A HAL component with the pins of a program that cannot be here; some outputs follow an input."""
+"""A HAL component with the pins of a program that cannot be here. The host moves them (hal/host/models.hpp)."""
 
 import json
+import signal
 import sys
-import time
 
 import hal
 
@@ -14,17 +14,17 @@ DIRECTIONS = {"IN": hal.HAL_IN, "OUT": hal.HAL_OUT, "IO": hal.HAL_IO}
 def main():
     with open(sys.argv[1], encoding="utf-8") as file:
         given = json.load(file)
-    component = hal.component(given["name"])
-    pins = {}
-    for name, (kind, direction) in given["pins"].items():
-        pins[name] = component.newpin(name, TYPES[kind], DIRECTIONS[direction])
-        if name in given["true"]:
-            pins[name].set(True)
-    component.ready()
+    heads = {given["name"]: hal.component(given["name"])}
+    for pin, kind, direction, value in given["pins"]:
+        head, _, tail = pin.partition(".")  # a program can have pins under other names than its own
+        if head not in heads:
+            heads[head] = hal.component(head)
+        heads[head].newpin(tail, TYPES[kind], DIRECTIONS[direction])
+        heads[head][tail] = value
+    for component in reversed(list(heads.values())):  # LinuxCNC waits for the program's own
+        component.ready()
     while True:
-        time.sleep(0.02)
-        for follower, leader in given["follow"].items():
-            pins[follower].set(pins[leader].get())
+        signal.pause()
 
 
 if __name__ == "__main__":

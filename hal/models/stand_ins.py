@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Drivers that need hardware and programs that need a screen: their names, and models in their place.
 
-A driver becomes components of the host (hal/host/models.hpp), a program stand_in.py. The pins are those that the user's
-files name; types and directions come from model files, manual pages, and what is netted to a pin.
+A driver becomes components of the host (hal/host/models.hpp). A program becomes stand_in.py, whose pins the host moves. The
+pins are those that the user's files name; types and directions come from model files, manual pages, ethercat-conf.xml, and
+the nets.
 """
 
+import ast
+import importlib.util
 import json
 import os
 import re
@@ -12,6 +15,7 @@ import shlex
 import shutil
 import sys
 
+import ethercat
 import hal_text
 import model_parts
 from driver_pages import page_of
@@ -26,6 +30,11 @@ DEVICES = re.compile(
     r"mesambccc|pmx485|modbus\w*|hidcomp|joyhandle|hy_vfd|vfs11_vfd|hal_gpio_mcp23017|sim_pin|halscope|halmeter|halshow)$"
 )
 WINDOWS = re.compile(r"^\s*(from|import)\s+(tkinter|Tkinter|gi|gtk|PyQt5|vismach|qtvcp|gladevcp|rs274\.OpenGLTk)\b", re.M)
+PORTS = {"serial", "minimalmodbus", "pymodbus", "smbus", "smbus2", "usb", "hid", "evdev", "RPi", "spidev", "can"}  # modules of Python
+BOARD = re.compile(r"/sys/|/dev/|/boot/|config-pin|\b(modprobe|insmod|sudo|gpio)\b")  # what sets up hardware
+# Pins of LinuxCNC itself, and of screens.
+LINUXCNCS = "joint axis spindle motion iocontrol halui ini tp motion-command-handler motion-controller axisui gladevcp pyvcp qtvcp".split()
+PIN_LINE = re.compile(r"^[ \t]*(?:hal[ \t]+)?(?:(?:net|linksp)[ \t]+\S+|setp|linkps|linkpp|addf)[ \t]+(.*)$", re.M)
 SCREENS = ("pyvcp", "gladevcp", "qtvcp", "halui_screen", "hal_manualtoolchange", "panelui")
 
 FLOAT, BIT, S32, U32 = "float", "bit", "s32", "u32"
@@ -50,7 +59,8 @@ class StandIns:
 
     def __init__(self, trial, ini, files, learnt=None, follows=True):
         self.drivers, self.programs, self.misses = [], [], {}
-        self.models = {}  # by their modules
+        self.models, self.program_models = {}, {}  # by module, and by program
+        self.notes = []  # sentences on what is no driver and no program of LinuxCNC
         self.files = model_files(ini.folder)
         self.learnt = {} if learnt is None else learnt  # name -> type or direction that LinuxCNC wanted
         self.trial, self.ini, self.described, self.numbers = trial, ini, {}, {}
@@ -60,10 +70,54 @@ class StandIns:
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
         self.nets = hal_text.nets_of(self.all)
+        self.kinds, self.real = {}, None  # of signals, and of the pins of modules
+        self.ethercat = ethercat.Bus(self._lcec_files())
+        self.heads = self._heads_without_an_owner(files)
         self._stand_in_for_drivers()
         self._stand_in_for_programs()
-        model_parts.add(self.models, self.files, self.nets, ini, self.all, follows)
-        self.list = trial.list_models(self.models)
+        model_parts.add(self, follows)
+        for name, model in self.program_models.items():
+            self.trial.write(self._description(name), json.dumps({"name": name, "pins": model["pins"]}))
+        both = {kind: [row for model in self.program_models.values() for row in model[kind]] for kind in ("pins", "parts")}
+        self.listed = {"modules": self.models, "program_pins": {**both, "functions": []}}
+        self.list = trial.list_models(self.listed)
+
+    def _lcec_files(self):
+        """The files of the EtherCAT bus that HAL files name."""
+        named = re.findall(r"^\s*loadusr\s.*?lcec_conf\s+(\S+)", self.all, re.M)
+        places = [os.path.join(self.ini.folder, os.path.expanduser(name)) for name in named]
+        return list(filter(os.path.isfile, places))
+
+    def _heads_without_an_owner(self, files):
+        """How names of pins begin that no component in sight has: those of a program or module under another name."""
+        later = [os.path.basename((value.split() or [""])[0]) for value in self.ini.all("HAL", "POSTGUI_HALFILE")]
+        text = "\n".join(self._values(self.texts[path]) for path in files if os.path.basename(path) not in later)
+        owned, self.nameless = {_plain(name) for name in LINUXCNCS}, []
+        for module, rest in re.findall(r"^[ \t]*(?:hal[ \t]+)?loadrt[ \t]+([\w-]+)(.*)$", text, re.M):
+            named = re.search(r"\bnames?=(\S+)", rest)
+            names = named[1].strip("\"'").split(",") if named else [module, re.sub("^hal_", "", module)]
+            owned.update(_plain(name.partition(".")[0]) for name in names)
+            self.nameless.append(module)
+        programs = []
+        for line in re.findall(r"^[ \t]*(?:hal[ \t]+)?loadusr[ \t]+(.*)$", text, re.M):
+            programs.append(_program(line.split("#")[0].split())[0] or "")
+        self.nameless += programs
+        found = []
+        for line in PIN_LINE.findall(text):
+            for word in line.split("#")[0].split():
+                head = re.match(r"([A-Za-z][\w-]*)\.[\w.+-]*\w$", word)
+                if not head or head[1] in (*found, *programs) or _plain(head[1]) in owned or re.search(r"\.(hal|tcl|ini)$", word):
+                    continue
+                if not any(re.match(file.heads, word) for file in self.files if isinstance(file.heads, str)):
+                    found.append(head[1])
+        return found
+
+    def _take_heads(self, name):
+        """The heads that a component without pins under its own name can have: those like it, else those like no other."""
+        taken = [head for head in self.heads if _like(head, name)]
+        taken = taken or [head for head in self.heads if not any(_like(head, other) for other in self.nameless)]
+        self.heads = [head for head in self.heads if head not in taken]
+        return taken
 
     def _read(self, path):
         with open(path, encoding="utf-8", errors="surrogateescape") as file:
@@ -73,7 +127,8 @@ class StandIns:
         def value(found):
             return self.ini.get(found[1], found[2] or found[3]) or found[0]
 
-        return hal_text.VALUE.sub(value, re.sub(r"\\\n", " ", text))
+        text = re.sub(r"(^|\s)#.*", r"\1", re.sub(r"\\\n", " ", text), flags=re.M)
+        return hal_text.VALUE.sub(value, text)
 
     def pins_behind(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
@@ -93,46 +148,56 @@ class StandIns:
         pages = ((page, re.sub(head, other, name, count=1) if other else name) for head, page, other in self.pages if re.match(head, name))
         return next(filter(None, (page_of(page).kind(there) for page, there in pages)), [None, None])
 
-    def _told(self, name):
+    def told(self, name):
         """Type and direction of a pin, as far as its module, LinuxCNC and their pages give them."""
-        return self.learnt.get("real", {}).get(name) or known(self.files, name) or self._on_page(name)
+        real = self._real_pins().get(name) or self.ethercat.pins.get(name)
+        return real or known(self.files, name) or self._on_page(name)
 
     def _guess(self, name):
-        told = self._told(name)
+        told = self.told(name)
         return [given or used for given, used in zip(told, self._by_use(name))] if None in told else told
 
     def _by_use(self, name):
         """Type and direction of a pin by the signals and values that the user's files give it."""
         others, is_source, likely = [], False, known(self.files, name, likely=True) or [None, None]
-        for pins, sources in self.nets.values():
-            if name in pins:
-                others += [kind for kind in map(self._told, pins) if None not in kind]
-                is_source = is_source or name in sources
-        value = re.search(r"^\s*(?:HALCMD\s*=\s*)?setp\s+%s\s+(\S+)" % re.escape(name), self.all, re.M)
-        if others:
-            kind = others[0][0]
-        elif value:
-            kind = likely[0] or (BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT)
-        else:
-            kind = likely[0] or (BIT if LIKE_A_BIT.search(name) else FLOAT)
+        signals = [signal for signal, (pins, _) in self.nets.items() if name in pins]
+        for signal in signals:
+            pins, sources = self.nets[signal]
+            others += [kind for kind in map(self.told, pins) if None not in kind]
+            is_source = is_source or name in sources
+        kind = self._kind_of_signal(signals[0]) if signals else likely[0] or self._kind_by_value(name) or _kind_by_name(name)
         if any(direction == "IO" for _, direction in others):
             return [kind, "IO"]
         has_writer = any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
 
+    def _kind_of_signal(self, signal):
+        """The type of a signal: all of its pins have this type."""
+        if signal not in self.kinds:
+            pins = self.nets[signal][0]
+            told = [kind for kind, _ in map(self.told, pins) if kind]
+            new = re.search(r"^\s*(?:hal\s+)?newsig\s+%s\s+(\w+)" % re.escape(signal), self.all, re.M)
+            likely = [found[0] for found in (known(self.files, pin, likely=True) for pin in pins) if found]
+            values = [kind for kind in map(self._kind_by_value, pins) if kind]
+            names = [BIT if any(LIKE_A_BIT.search(name) for name in (*pins, signal)) else FLOAT]
+            self.kinds[signal] = next(iter([*told, *([new[1].lower()] if new else []), *likely, *values, *names]))
+        return self.kinds[signal]
+
+    def _kind_by_value(self, name):
+        """The type by the value that the user's files set, or None."""
+        value = re.search(r"^\s*(?:HALCMD\s*=\s*)?setp\s+%s\s+(\S+)" % re.escape(name), self.all, re.M)
+        return value and (BIT if value[1].lower() in ("0", "1", "true", "false") else FLOAT)
+
     def _stand_in_for_drivers(self):
         lines = {}
         for found in re.finditer(r"^[ \t]*(?:hal[ \t]+)?loadrt[ \t]+(\S+).*$", self.all, re.M):
             module = found[1]
-            if of_module(self.files, module) or any(module in self.learnt.get(kind, ()) for kind in ("given", "absent")):
+            learnt = any(module in self.learnt.get(kind, ()) for kind in ("given", "absent"))
+            if of_module(self.files, module) or learnt or self.trial.is_absent(module, self.ini):
                 lines.setdefault(module, found[0].strip())
         self.drivers += lines
-        self._learn_components()
-        if not self.drivers:
-            return
         by_module = {module: of_module(self.files, module) for module in self.drivers}
-        self._load(line for module, line in lines.items() if not by_module[module] or by_module[module].without_hardware)
         for module, file in by_module.items():
             head = file.head(module) if file else module
             pages = (module, *(file.pages if file else ()))
@@ -143,7 +208,8 @@ class StandIns:
             names = [file.head(module) if file else re.sub("[-_]", "[-_]", module)]
             names += map(re.escape, named[1].split(",") if named else ())
             prefix = r"(?<![\w.-])((?:%s)(?:\.\d+)?)\.(?=\w)" % "|".join(names)
-            heads = [head for head in sorted(set(re.findall(prefix, self.all))) if head not in described]
+            named = set(re.findall(prefix, self.all))
+            heads = sorted(named - set(described)) if named or (file and file.heads) else self._take_heads(module)
             described += heads
             pins, functions = {}, []
             for head in heads:
@@ -153,84 +219,113 @@ class StandIns:
             self.described[module] = list(pins)
             rows = [[name, *kind, 1 if self._is_true(name, kind) else 0] for name, kind in pins.items()]
             self.models[module] = {"pins": rows, "functions": functions, "parts": []}
-            if file and file.misses:
+            if not file:
+                self.misses[module] = "all that the module does, because it is not installed here"
+            elif file.misses:
                 self.misses[module] = file.misses
 
-    def _learn_components(self):
-        """The pages of LinuxCNC's components: a pin of a driver has the type of the pin that it is netted to."""
-        for found in re.finditer(r"^[ \t]*(?:hal[ \t]+)?loadrt[ \t]+([\w-]+)(.*)$", self.all, re.M):
-            if found[1] not in self.drivers:
-                named = re.search(r"\bnames=(\S+)", found[2])
-                head = re.sub("[-_]", "[-_]", found[1]) + r"\.\d+"
-                names = map(re.escape, named[1].strip("\"'").split(",")) if named else [head]
-                self.pages += [("^%s\\." % name, found[1], found[1].replace("_", "-") + ".0.") for name in names]
-
-    def _load(self, lines):
-        """Learns the pins of drivers that can be loaded without their hardware."""
-        lines = list(lines)
-        if lines and self.learnt.get("loaded") != lines:
-            rows = (row.split() for row in self.trial.pins_of_modules(lines).splitlines())
-            self.learnt["real"] = {words[4]: [words[1], DIRECTIONS[words[2]]] for words in rows if len(words) > 4 and words[2] in DIRECTIONS}
-            self.learnt["loaded"] = lines
+    def _real_pins(self):
+        """The pins of all modules but those that need their hardware, as the modules make them."""
+        if self.real is None:
+            lines = ["loadrt tpmod", "loadrt homemod"]  # as LinuxCNC does first
+            for line, module in re.findall(r"^[ \t]*(?:hal[ \t]+)?(loadrt[ \t]+(\S+).*)$", self.all, re.M):
+                file = of_module(self.files, module)
+                if (not file or file.without_hardware) and line.strip() not in lines:
+                    lines.append(line.strip())
+            if self.learnt.get("loaded") != lines:
+                rows = (row.split() for row in self.trial.pins_of_modules(lines).splitlines())
+                real = {words[4]: [words[1], DIRECTIONS[words[2]]] for words in rows if len(words) > 4 and words[2] in DIRECTIONS}
+                self.learnt.update({"real": real, "loaded": lines})
+            self.real = self.learnt["real"]
+        return self.real
 
     def _stand_in_for_programs(self):
         for line in self.all.splitlines():
             words = line.split("#")[0].split()
             if len(words) < 2 or words[0] != "loadusr":
                 continue
-            name, program = _program(words[1:])
-            is_given = name in self.learnt.get("given", ())
-            if not program or name in self.programs or not (is_given or self._cannot_run_here(program)):
+            name, program, interpreted = _program(words[1:])
+            if interpreted and not self._installed(interpreted):
+                self.trial.program("bin/" + interpreted)
+            why = program and ("given" if name in self.learnt.get("given", ()) else self._cannot_run_here(program, interpreted))
+            if not why or name in self.programs:
+                continue
+            if why not in (True, "given"):
+                self.notes.append("%s: %s" % (program, why))
+            if "-w" in words[1 : words.index(program)]:  # LinuxCNC waits for its end
+                self._cover(program, "-c", "")
                 continue
             self.programs.append(name)
             self.pages.append((re.escape(name) + r"\.", os.path.basename(program), None))
             file = of_program(self.files, os.path.basename(program))
-            self._describe(name, {**self.pins_behind(name), **(file.program_pins if file else {})}, file.follow if file else {})
-            self._cover(name, program)
+            pins = {"%s.%s" % (name, pin): kind for pin, kind in self.pins_behind(name).items()}
+            for head in () if pins or file else self._take_heads(name):
+                pins.update({"%s.%s" % (head, pin): kind for pin, kind in self.pins_behind(head).items()})
+            self._describe(name, pins, file)
+            self._cover(program, *self._stand_in(name), interpreted=interpreted)
         for file in self.files:
             name = file.programs.pattern
             if file.always and name not in self.programs:
-                self._describe(name, file.program_pins, file.follow)
-                self._cover(name, name)
+                self._describe(name, {}, file)
+                self._cover(name, *self._stand_in(name))
 
-    def _cover(self, name, program):
-        """Puts the stand-in where LinuxCNC will look for the program."""
-        path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
+    def _path(self, program, interpreted=None):
+        return os.path.join(self.ini.folder, program) if "/" in program or interpreted else self._installed(program)
+
+    def _cover(self, program, *words, interpreted=None):
+        """Puts a command where LinuxCNC, or an interpreter, will look for the program."""
+        path = self._path(program, interpreted)
         if path is None:
-            self.trial.program("bin/" + program, *self._stand_in(name))
+            self.trial.program("bin/" + program, *words)
         elif self.trial.can_place(path):
-            self.trial.place(path, script(*self._stand_in(name)), 0o777)
+            text = "import os\nos.execv(%r, %r)\n" % (sys.executable, [sys.executable, *words]) if interpreted else script(*words)
+            self.trial.place(path, text, 0o777)
 
     def _installed(self, program):
         """The program that LinuxCNC starts by this name; it looks into a folder bin beside the INI file first."""
         return shutil.which(program, path=os.path.join(self.ini.folder, "bin") + ":" + os.environ.get("PATH", os.defpath))
 
-    def _cannot_run_here(self, program):
+    def _cannot_run_here(self, program, interpreted=None):
+        """Whether a program cannot run here, or a sentence why."""
         base = os.path.basename(program)
         if base in SCREENS or DEVICES.match(base) or of_program(self.files, base):
             return True
-        path = os.path.join(self.ini.folder, program) if "/" in program else self._installed(program)
-        path = path or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
+        path = self._path(program, interpreted) or os.path.join(os.path.dirname(self.trial.plumb), base)  # Plumb's own may be built and not installed
         try:
             with open(path, "rb") as file:
                 text = file.read(200000)
         except (OSError, TypeError):
-            return True  # it is not installed here
-        return text.startswith(b"#!") and bool(WINDOWS.search(text.decode(errors="replace")))
+            return "the program is not installed here"
+        if not text.startswith(b"#!") and not interpreted:
+            return False
+        text = text.decode(errors="replace")
+        if not interpreted and "python" not in text.partition("\n")[0]:
+            return BOARD.search(text) is not None and "the script sets up hardware"
+        return bool(WINDOWS.search(text)) or _python_misses(text, os.path.dirname(path))
 
     def _number(self, name):
         return self.numbers.setdefault(name, len(self.numbers))
 
-    def _stand_in(self, name):
-        """The words of the command that stands in. HAL may give any name: files of ours have numbers."""
-        description = self.trial.path("stand-in-%d.json" % self._number(name))
-        return os.path.join(HERE, "stand_in.py"), description
+    def _description(self, name):
+        """The file of a program's pins. HAL may give any name: files of ours have numbers."""
+        return "stand-in-%d.json" % self._number(name)
 
-    def _describe(self, name, pins, follow):
-        self.described[name] = [name + "." + pin for pin in pins]
-        values = [pin for pin, kind in pins.items() if self._is_true(pin, kind)]
-        described = {"name": name, "pins": pins, "follow": follow, "true": values}
-        self.trial.write("stand-in-%d.json" % self._number(name), json.dumps(described))
+    def _stand_in(self, name):
+        """The words of the command that stands in."""
+        return os.path.join(HERE, "stand_in.py"), self.trial.path(self._description(name))
+
+    def _describe(self, name, pins, file):
+        """The pins of a program, and those that its file says."""
+        parts = []
+        if file:
+            pins.update({"%s.%s" % (name, pin): kind for pin, kind in file.program_pins.items()})
+            parts = [
+                {"kind": "follow", "pins": {"in": "%s.%s" % (name, leader), "out": "%s.%s" % (name, follower)}}
+                for follower, leader in file.follow.items()
+            ]
+        self.described[name] = list(pins)
+        rows = [[pin, *kind, int(self._is_true(pin, kind))] for pin, kind in pins.items()]
+        self.program_models[name] = {"pins": rows, "parts": parts}
 
     def _is_true(self, pin, kind):
         """Whether an input of the hardware is true at first. It and its inverse contradict each other."""
@@ -329,19 +424,50 @@ def script(*words):
     return "#!/bin/sh\nexec %s \"$@\"\n" % shlex.join([sys.executable, *words])
 
 
+def _plain(name):
+    return re.sub("[-_]", "", name).lower()
+
+
+def _like(head, name):
+    head, name = _plain(head), _plain(name)
+    return head in name or (len(name) > 2 and name in head)
+
+
+def _kind_by_name(name):
+    return BIT if LIKE_A_BIT.search(name) else FLOAT
+
+
+def _python_misses(text, folder):
+    """Why a program in Python cannot run here: it is of Python 2, or imports a module for a port, or one that is not here."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return "the program is no valid Python 3"
+    for node in tree.body:
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
+        for name in (name.partition(".")[0] for name in names):
+            here = any(os.path.exists(os.path.join(folder, name + end)) for end in (".py", ""))
+            if name in PORTS:
+                return "the program talks to a port by Python's module %s" % name
+            if not here and importlib.util.find_spec(name) is None:
+                return "Python's module %s is not installed here" % name
+    return False
+
+
 def _inverse(pin):
     """The names that the inverse of a pin can have."""
     return {pin[:-4]} if pin.endswith(("-not", "_not")) else {pin + "-not", pin + "_not"}
 
 
 def _program(words):
-    """Component and program of the words of loadusr."""
-    name, options = None, iter(words)
+    """Component and program of the words of loadusr, and the interpreter of Python before the program or None."""
+    name, interpreted, options = None, None, iter(words)
     for word in options:
         if word == "-Wn":
             name = next(options, None)
-        elif word.startswith("-"):
-            continue
-        else:
-            return name or os.path.basename(word), word
-    return name, None
+        elif re.fullmatch(r"python[\d.]*", word) and not interpreted:
+            interpreted = word
+        elif not word.startswith("-"):
+            return name or os.path.basename(word), word, interpreted
+    return name, None, interpreted

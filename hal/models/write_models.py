@@ -19,6 +19,22 @@ import hal_text  # noqa: E402
 from stand_ins import StandIns, script  # noqa: E402
 from texts import Impossible  # noqa: E402
 
+MOTION = (("KINS", "KINEMATICS"), ("TRAJ", "TPMOD"), ("EMCMOT", "HOMEMOD"), ("EMCMOT", "EMCMOT"))  # modules without a model
+DEEPEST = 3  # folders below the INI file in which a module's source is looked for
+PATIENCE = 60  # s, for a compiler
+
+
+def variable(name):
+    """A variable that LinuxCNC's script sets first of all: a folder of this LinuxCNC."""
+    path = shutil.which("linuxcnc")
+    if path is None:
+        raise Impossible("LinuxCNC's script linuxcnc is not in PATH")
+    with open(path, encoding="utf-8", errors="replace") as file:
+        found = re.search(r"^%s=([^;\s]+)" % name, file.read(), re.M)
+    if not found:
+        raise Impossible("%s does not set %s" % (path, name))
+    return found[1].strip("\"'")
+
 
 class Ini:
     """The values of an INI file, with those of the files that it includes; or of none."""
@@ -87,14 +103,46 @@ class Place:
         name = "covers/%d" % len(self.covers)
         self.covers.append([self.write(name, text, mode), os.path.realpath(path)])
 
+    def is_absent(self, module, ini):
+        """Whether a module is neither installed nor can be made of its source. The modules of motion have no model."""
+        folders = (variable("LINUXCNC_RTLIB_DIR"), os.path.join(PREFIX, "modules"), self.path("modules"))
+        if not re.fullmatch(r"[\w-]+", module) or any(os.path.exists(os.path.join(folder, module + ".so")) for folder in folders):
+            return False
+        if self._compile(module, ini.folder):
+            return False
+        return module != "motmod" and not any(module in (ini.get(*name) or "").split() for name in MOTION)
+
+    def _compile(self, module, folder):
+        """Compiles a module of the user's from the source beside his INI file."""
+        source = next(iter(sources(module, folder)), None)
+        if source is None or shutil.which("halcompile") is None:
+            return False
+        os.makedirs(self.path("modules"), exist_ok=True)
+        words = ["halcompile", "--compile", source]
+        done = subprocess.run(words, cwd=self.path("modules"), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        made = os.path.exists(self.path("modules/%s.so" % module))
+        what = "is compiled for this run" if made else "cannot be compiled:\n" + "\n".join((done.stdout + done.stderr).splitlines()[-5:])
+        print("note: %s %s" % (source, what), file=sys.stderr)
+        return made
+
     def list_models(self, models):
-        listed = {"modules": models, "programs": self.covers, "path": self.path("bin")}
+        listed = {**models, "programs": self.covers, "path": self.path("bin"), "module_folder": self.path("modules")}
         return self.write("models.json", json.dumps(listed))
 
     def pins_of_modules(self, lines):
+        os.makedirs(self.path("modules"), exist_ok=True)
         path = self.write("modules.hal", "".join(line + "\n" for line in lines) + "show pin\n")
-        words = [self.plumb, "run", "--", "halrun", "-k", "-s", path]
-        return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=10, check=False).stdout
+        words = [self.plumb, "run", "--modules", self.path("modules"), "--", "halrun", "-k", "-s", path]
+        return subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False).stdout
+
+
+def sources(module, folder):
+    """The sources of a module, in a folder and those in it."""
+    for place, folders, names in os.walk(folder):
+        if os.path.relpath(place, folder).count(os.sep) >= DEEPEST - 1:
+            folders.clear()
+        folders.sort()
+        yield from (os.path.join(place, module + end) for end in (".comp", ".c") if module + end in names)
 
 
 def models_of(place, ini, hal):
@@ -110,6 +158,8 @@ def show(models):
             print("model: %s has %d pins%s" % (module, len(rows), misses), file=sys.stderr)
     if models.programs:
         print("model: %s" % ", ".join(sorted(models.programs)), file=sys.stderr)
+    for note in models.notes:
+        print("note: %s; its pins rest" % note, file=sys.stderr)
 
 
 def main(folder, files):

@@ -520,7 +520,8 @@ class Pins(unittest.TestCase):
         self.written = {}
         ours = mock.Mock(read=set(), plumb="/nowhere/plumb")
         ours.path = lambda name: "/run/" + name
-        ours.list_models = lambda models: self.written.update({"models.json": {"modules": models}})
+        ours.list_models = lambda models: self.written.update({"models.json": models})
+        ours.is_absent = lambda module, ini: False
         ours.write = lambda name, text, *_: self.written.setdefault(name, text)
         ours.pins_of_modules = lambda lines: self.loaded.append(lines) or self.rows
         return stand_ins.StandIns(ours, IniFile(os.path.join(home, "my.ini")), [os.path.join(home, "my.hal")], learnt)
@@ -539,7 +540,7 @@ class Pins(unittest.TestCase):
         ):
             self.assertEqual(found._known(pin), expected, pin)
 
-    def test_a_module_that_loads_without_hardware_gives_its_pins_and_those_of_linuxcnc_are_not_tried(self):
+    def test_modules_that_load_without_hardware_give_their_pins_once(self):
         self.rows = "    5  s32   OUT          0  lcec.0.cia-controlword\n 5 bit IN FALSE lcec.0.mode <== mine\n"
         hal = "loadrt cia402 count=1\nnet mine motion.digital-out-00 => lcec.0.mode lcec.0.other\n"
         learnt = {}
@@ -547,7 +548,7 @@ class Pins(unittest.TestCase):
             found = self.stand_ins(hal, learnt)
             self.assertEqual(found._kind("lcec.0.cia-controlword"), ["s32", "OUT"])
             self.assertEqual(found._kind("lcec.0.other"), ["bit", "IN"])
-        self.assertEqual(self.loaded, [["loadrt lcec", "loadrt cia402 count=1"]])
+        self.assertEqual(self.loaded, [["loadrt tpmod", "loadrt homemod", "loadrt lcec", "loadrt cia402 count=1"]])
 
     def test_a_module_that_is_not_here_is_stood_in_for_and_one_with_a_wrong_option_is_not(self):
         hal = "loadrt acme_io names=left\naddf left servo-thread\nnet speed acme-io.0.speed left.speed\nloadrt pid names=x\n"

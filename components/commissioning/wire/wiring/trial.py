@@ -72,7 +72,12 @@ class Trial:
 
     def list_models(self, models):
         """Lets the drivers of the trial be models (hal/host/models.hpp)."""
-        self.models = ("--model-list", self.write("models.json", json.dumps({"modules": models})))
+        self.models = ("--model-list", self.write("models.json", json.dumps(models)))
+
+    @staticmethod
+    def is_absent(_module, _ini):
+        """A trial finds this out: LinuxCNC complains."""
+        return False
 
     def can_place(self, path):
         return os.path.exists(path) or writing.inside(path, self.ini.folder) is not None
