@@ -232,14 +232,23 @@ struct Inverse final : Part {
     void move(double) override { out = in.on() ? 0 : 1; }
 };
 
-// Gives its input on; with `ramp` it changes by no more than that in a second.
+// Gives its input on.
 struct Follow final : Part {
-    Role in{this, "in"}, factor{this, "factor", 1}, ramp{this, "ramp", 1e300}, out{this, "out"};
-    double at = 0;
+    Role in{this, "in"}, factor{this, "factor", 1}, out{this, "out"};
+    void move(double) override { out = in * factor; }
+};
+
+// The measured speed of a spindle, in the unit of its input, as far as the source is reached at `ramp`.
+struct Speed final : Part {
+    Role in{this, "in"}, source{this, "source"}, ramp{this, "ramp", 1e300}, factor{this, "factor", 1};
+    Role out{this, "out"};
+    double speed = 0, unit = 0;
+
     void move(double dt) override {
-        if (!in.known()) return;
-        at = std::clamp(in * factor, at - ramp * dt, at + ramp * dt);
-        out = at;
+        const double wanted = source;
+        speed = std::clamp(wanted, speed - ramp * dt, speed + ramp * dt);
+        if (wanted != 0) unit = in / wanted;
+        out = speed * unit * factor;
     }
 };
 
@@ -295,10 +304,10 @@ std::unique_ptr<Part> made() {
 }
 
 using Maker = std::unique_ptr<Part> (*)();
-const std::map<std::string, Maker> kinds{{"stepgen", made<Stepgen>},  {"encoder", made<Encoder>},
-                                         {"at-speed", made<AtSpeed>}, {"switch", made<Switch>},
-                                         {"inverse", made<Inverse>},  {"follow", made<Follow>},
-                                         {"drive", made<Drive>},      {"cia402", made<Cia402>}};
+const std::map<std::string, Maker> kinds{
+    {"stepgen", made<Stepgen>}, {"encoder", made<Encoder>}, {"at-speed", made<AtSpeed>},
+    {"switch", made<Switch>},   {"inverse", made<Inverse>}, {"speed", made<Speed>},
+    {"follow", made<Follow>},   {"drive", made<Drive>},     {"cia402", made<Cia402>}};
 
 }  // namespace
 

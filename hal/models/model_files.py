@@ -31,7 +31,7 @@ HERE = os.path.dirname(os.path.realpath(__file__))
 TYPES = ("bit", "float", "s32", "u32")
 DIRECTIONS = {"IN": "IN", "OUT": "OUT", "IO": "IO", "I/O": "IO"}
 KEYS = {"modules", "programs", "heads", "pages", "without_hardware", "pins", "likely", "misses", "parts", "always", "follow", "program_pins"}
-KINDS = {"stepgen", "encoder", "at-speed", "switch", "inverse", "follow", "drive", "cia402"}
+KINDS = {"stepgen", "encoder", "at-speed", "switch", "inverse", "follow", "speed", "drive", "cia402"}
 
 
 class ModelFile:

@@ -213,11 +213,10 @@ class Parts:
 
     def _speeds(self, spindle, source):
         """Speeds that a driver or a program measures: those that reach the spindle's speed-in, or are compared with its command."""
-        commands = {}  # input of a component -> command, in revolutions per second, times this factor
-        for name, factor in (("speed-out", 60), ("speed-out-abs", 60), ("speed-out-rps", 1), ("speed-out-rps-abs", 1)):
+        commands = set()  # inputs of components
+        for name in ("speed-out", "speed-out-abs", "speed-out-rps", "speed-out-rps-abs"):
             signal = self.signals.get("spindle.%d.%s" % (spindle, name))
-            for pin, (gain, _) in self._reached(signal).items() if signal else ():
-                commands[pin] = factor * gain
+            commands.update(self._reached(signal) if signal else ())
         for output in sorted(self.outputs):
             signal = self.signals.get(output)
             if not signal or self.kinds[output][1] != "float" or self._part(output):
@@ -225,11 +224,15 @@ class Parts:
             for pin, (gain, _) in self._reached(signal).items():
                 head, _, name = pin.rpartition(".")
                 other = {"in1": head + ".in2", "in2": head + ".in1"}.get(name)
-                factor = 1 if pin == "spindle.%d.speed-in" % spindle else commands.get(other) if self._owner(pin) == "near" else None
-                if factor and gain:
-                    numbers = {"factor": factor / gain, "ramp": RAMP * abs(factor / gain)}
-                    self._model(output)["parts"].append({"kind": "follow", "pins": {"in": source, "out": output}, "numbers": numbers})
-                    break
+                if pin == "spindle.%d.speed-in" % spindle:
+                    follows = source
+                elif self._owner(pin) == "near" and other in commands:
+                    follows = self.signals[other]
+                else:
+                    continue
+                part = {"kind": "speed", "pins": {"in": follows, "source": source, "out": output}, "numbers": {"factor": 1 / gain, "ramp": RAMP}}
+                self._model(output)["parts"].append(part)
+                break
 
     def _inputs(self):
         """Inputs that hold the machine back have the values with which it works."""

@@ -69,6 +69,7 @@ class StandIns:
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
         self.all = self._values("\n".join([*self.texts.values(), commands]))
+        self.commands = re.sub(r"^[ \t]*(loadusr|loadrt|source)[ \t].*", "", self.all, flags=re.M)  # with names of pins
         self.nets = hal_text.nets_of(self.all)
         self.kinds, self.real = {}, None  # of signals, and of the pins of modules
         self.ethercat = ethercat.Bus(self._lcec_files())
@@ -133,7 +134,7 @@ class StandIns:
     def pins_behind(self, prefix):
         """Type and direction of each pin that the HAL files name behind a prefix."""
         found = {}
-        for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.+-]+" % re.escape(prefix), self.all))):
+        for name in sorted(set(re.findall(r"(?<![\w.-])%s\.[\w.+-]+" % re.escape(prefix), self.commands))):
             function = re.sub(r"\.(time|tmax|tmax-increased)$", "", name)  # each function has these pins
             if not re.search(r"^\s*(addf|delf)\s+%s\s" % re.escape(function), self.all, re.M):
                 found[name[len(prefix) + 1 :]] = self._kind(name)
@@ -469,5 +470,5 @@ def _program(words):
         elif re.fullmatch(r"python[\d.]*", word) and not interpreted:
             interpreted = word
         elif not word.startswith("-"):
-            return name or os.path.basename(word), word, interpreted
+            return name or os.path.splitext(os.path.basename(word))[0], word, interpreted  # as halcmd names it
     return name, None, interpreted

@@ -173,39 +173,105 @@ command.wait_complete()
 command.home(-1)
 found["homed"] = wait(lambda: all(status.homed[:3]))
 time.sleep(0.5)  # a drive behind a pid comes to rest
+status.poll()
 found["home"] = [status.joint[joint]["input"] for joint in range(3)]
 if not found["homed"]:
     finish()
 command.mode(linuxcnc.MODE_MDI)
 command.wait_complete()
 for line in LINES:
+    begin = host.time
     command.mdi(line)
     command.wait_complete(600)
     status.poll()
+    found.setdefault("times", []).append(host.time - begin)
     found["lines"].append([line, [round(value, 4) for value in status.actual_position[:3]], status.tool_in_spindle])
-    found.setdefault("speeds", []).append(host.get("hm2_7i76e.0.encoder.01.velocity"))
+    if "motor-fb" in NAMES:
+        found.setdefault("motor", []).append(host.get(["motor-rpm", "motor-fb"]))
+    found.setdefault("speeds", []).append(host.get("spindle.0.speed-in"))
 found["values"] = dict(zip(NAMES, host.get(NAMES)))
 finish()
+"""
+# As StepConf writes it: X has one input for home and limits, Y and Z share one. A VFD, a component and a program of the user's.
+PARPORT = """loadrt [KINS]KINEMATICS
+loadrt [EMCMOT]EMCMOT base_period_nsec=100000 servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
+loadrt hal_parport cfg="0x378 out"
+loadrt stepgen step_type=0,0,0
+loadrt near
+loadrt gear
+loadusr -Wn vfd hy_vfd -n vfd -d /dev/ttyUSB0 -p none -r 9600
+loadusr -W ./lamp_tower.py
+
+addf parport.0.read base-thread
+addf stepgen.make-pulses base-thread
+addf parport.0.write base-thread
+addf stepgen.capture-position servo-thread
+addf motion-command-handler servo-thread
+addf motion-controller servo-thread
+addf gear.0 servo-thread
+addf near.0 servo-thread
+addf stepgen.update-freq servo-thread
+
+net x-cmd joint.0.motor-pos-cmd => stepgen.0.position-cmd
+net x-fb stepgen.0.position-fb => joint.0.motor-pos-fb
+net x-on joint.0.amp-enable-out => stepgen.0.enable
+net x-step stepgen.0.step => parport.0.pin-03-out
+net y-cmd joint.1.motor-pos-cmd => stepgen.1.position-cmd
+net y-fb stepgen.1.position-fb => joint.1.motor-pos-fb
+net y-on joint.1.amp-enable-out => stepgen.1.enable
+net z-cmd joint.2.motor-pos-cmd => stepgen.2.position-cmd
+net z-fb stepgen.2.position-fb => joint.2.motor-pos-fb
+net z-on joint.2.amp-enable-out => stepgen.2.enable
+%s
+net both-home-x parport.0.pin-10-in-not => joint.0.home-sw-in joint.0.neg-lim-sw-in joint.0.pos-lim-sw-in
+net x-other-side parport.0.pin-10-in
+net all-home parport.0.pin-12-in => joint.1.home-sw-in joint.2.home-sw-in
+
+net spindle-rpm spindle.0.speed-out-abs => gear.0.in
+net motor-rpm gear.0.out => vfd.speed-command near.0.in1
+net spindle-on spindle.0.on => vfd.spindle-on
+net motor-fb vfd.spindle-speed-fb => near.0.in2
+setp near.0.scale 1.02
+net near-speed near.0.out
+net spindle-ready vfd.spindle-at-speed => spindle.0.at-speed
+net lamp iocontrol.0.user-enable-out => tower.lamp.lit
+net estop parport.0.pin-15-in-not => iocontrol.0.emc-enable-in
+net prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
+net change iocontrol.0.tool-change => iocontrol.0.tool-changed
+""" % "".join("setp stepgen.%d.position-scale 50\nsetp stepgen.%d.maxaccel 700\nsetp stepgen.%d.maxvel 70\n" % (n, n, n) for n in range(3))
+GEAR = """component gear;
+pin in float in;
+pin out float out;
+function _;
+license "GPL";
+;;
+FUNCTION(_) { out = in * 3; }
+"""
+LAMPS = """#!/usr/bin/python
+import serial
+print "no Python 3"
 """
 LINES = ["G21 G90 G0 X120 Y30 Z-40", "M3 S600", "G1 F1200 X130 Z-45", "M5", "T1 M6", "G0 X5 Y5 Z0"]
 NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual"]
 
 
 class Machine(unittest.TestCase):
-    """The machine above."""
+    """A complete LinuxCNC on models."""
+
+    INI = INI
 
     def setUp(self):
         self.folder = own_folder(self)
-        self.write("mixed.ini", INI + "".join(JOINT % joint for joint in JOINTS))
-        self.write("mixed.hal", HAL)
+        self.write("mixed.ini", self.INI + "".join(JOINT % {**joint, **self.JOINT} for joint in JOINTS))
         self.write("mixed.tbl", "T1 P1 Z-10 D6\n")
-        values = "LINES = %r\nNAMES = %r\n" % (LINES, NAMES)
+        values = "LINES = %r\nNAMES = %r\n" % (LINES, self.NAMES)
         self.write("display.py", DISPLAY.replace("command, status", values + "command, status", 1))
-        os.chmod(os.path.join(self.folder, "display.py"), 0o755)
 
     def write(self, name, text):
         with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
             file.write(text)
+        if text.startswith("#!"):
+            os.chmod(os.path.join(self.folder, name), 0o755)
 
     def run_linuxcnc(self):
         words = [PLUMB, "run", "--models", "--speed", "10", "--", "linuxcnc", "-r", "mixed.ini"]
@@ -218,17 +284,56 @@ class Machine(unittest.TestCase):
         except FileNotFoundError:
             self.fail(ran.stdout + ran.stderr)
 
-    def test_it_homes_moves_reaches_its_speed_and_changes_the_tool(self):
-        found, errors = self.run_linuxcnc()
+    def check_moves(self, found, errors, delta):
         self.assertEqual(found["messages"], [], errors)
         self.assertTrue(found["homed"])
         for joint, place in enumerate(found["home"]):
-            self.assertAlmostEqual(place, JOINTS[joint]["home"], delta=0.001)
+            self.assertAlmostEqual(place, JOINTS[joint]["home"], delta=delta)
         for line, position, _ in found["lines"]:
             wanted = {word[0]: float(word[1:]) for word in line.split() if word[0] in "XYZ"}
             for letter, value in wanted.items():
-                self.assertAlmostEqual(position["XYZ".index(letter)], value, delta=0.001, msg=line)
+                self.assertAlmostEqual(position["XYZ".index(letter)], value, delta=delta, msg=line)
         self.assertEqual([tool for *_, tool in found["lines"]], [0, 0, 0, 0, 1, 1])
+        # The feed waits for the spindle: 600/min by 1000/min in a second, less what M3 took; then 11 mm with 20 mm/s.
+        self.assertGreater(sum(found["times"][1:3]), 1.05)
+
+
+class StepConf(Machine):
+    """A parallel port, software step generators, a VFD, a component and a program in Python 2."""
+
+    JOINT = {"index": "NO"}
+    NAMES = ["near-speed", "motor-fb", "motor-rpm", "tower.lamp.lit", "both-home-x", "x-other-side"]
+
+    def test_it_homes_on_shared_inputs_moves_and_waits_for_the_vfd(self):
+        self.write("mixed.hal", PARPORT)
+        self.write("gear.comp", GEAR)
+        self.write("lamp_tower.py", LAMPS)
+        found, errors = self.run_linuxcnc()
+        self.check_moves(found, errors, 0.03)  # a step is 0.02 mm
+        values = found["values"]
+        self.assertEqual(values["tower.lamp.lit"], True)
+        self.assertNotEqual(values["both-home-x"], values["x-other-side"])
+        self.assertEqual((values["motor-rpm"], values["motor-fb"]), (0, 0))
+        self.assertEqual(found["motor"][2], [1800, 1800])  # of the command that the program sees
+        self.assertIn("gear.comp is compiled for this run", errors)
+        self.assertIn("note: ./lamp_tower.py: the program is no valid Python 3; its pins rest", errors)
+
+
+class Mixed(Machine):
+    """A step generator, a servo behind a pid with an index, and a drive on EtherCAT."""
+
+    JOINT = {}
+    NAMES = NAMES
+
+    def test_a_pid_with_the_wrong_sign_runs_away(self):
+        self.write("mixed.hal", HAL.replace("Pgain 200", "Pgain -200"))
+        found, errors = self.run_linuxcnc()
+        self.assertEqual(found["messages"], ["joint 1 following error"], errors)
+
+    def test_it_homes_moves_reaches_its_speed_and_changes_the_tool(self):
+        self.write("mixed.hal", HAL)
+        found, errors = self.run_linuxcnc()
+        self.check_moves(found, errors, 0.001)
         self.assertAlmostEqual(found["speeds"][2], 10, delta=0.3)  # turns a second
         values = found["values"]
         self.assertTrue(values["z-operates"])
