@@ -369,7 +369,7 @@ void Models::Model::add(const Description& described) {
     }
 }
 
-Models::Models(const std::string& file) {
+Models::Models(const std::string& file) : given_(!file.empty()) {
     if (file.empty()) return;
     try {
         std::ifstream text(file);

@@ -39,6 +39,7 @@ public:
     // std::runtime_error.
     void cover_programs() const;
 
+    bool given() const { return given_; }
     const std::string& module_folder() const { return module_folder_; }
     bool has(const std::string& module) const { return described_.count(module) > 0; }
 
@@ -58,6 +59,7 @@ private:
     struct Description;
     struct Model;
 
+    bool given_;
     std::vector<std::pair<std::string, std::string>> programs_;
     std::string path_, module_folder_;
     std::map<std::string, std::unique_ptr<Description>> described_;

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -96,6 +98,13 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
     return true;
 }
 
+// Whether a module has looked for its hardware in vain.
+bool misses_hardware(int result) {
+    constexpr std::array errors{ENODEV, ENXIO,  EPERM,       ENOENT,       EACCES,
+                                EIO,    EAGAIN, ENETUNREACH, EHOSTUNREACH, ETIMEDOUT};
+    return std::find(errors.begin(), errors.end(), -result) != errors.end();
+}
+
 }  // namespace
 
 Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options,
@@ -174,6 +183,7 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
     void* const handle = dlopen(file_of(name).c_str(), RTLD_GLOBAL | RTLD_NOW);
     if (handle == nullptr) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: dlopen: %s\n", name.c_str(), dlerror());
+        if (access(file_of(name).c_str(), F_OK) != 0) name_models(name);
         return -1;
     }
     auto* const main = symbol<int (*)()>(handle, "rtapi_app_main");
@@ -197,11 +207,19 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
     if (result < 0) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: rtapi_app_main: %s (%d)\n", name.c_str(), std::strerror(-result),
                         result);
+        if (misses_hardware(result)) name_models(name);
         dlclose(handle);
         return result;
     }
     modules_.push_back({name, handle, std::move(texts)});
     return 0;
+}
+
+void Modules::name_models(const std::string& name) const {
+    if (models_.given()) return;
+    rtapi_print_msg(RTAPI_MSG_ERR,
+                    "%s: run without this hardware or module: plumb run --models, plumb bench --models\n",
+                    name.c_str());
 }
 
 int Modules::unload(const std::string& name) {

@@ -60,6 +60,8 @@ private:
     Module* find(const std::string& name);
     std::string file_of(const std::string& name) const;
     void unload(Module module);
+    // Tells the user how to run without a module that does not load here.
+    void name_models(const std::string& name) const;
     void end_without_modules();
     int load_file(const std::string& name, const std::vector<std::string>& parameters);
     std::vector<std::string> with_options(const std::string& name, std::vector<std::string> parameters) const;

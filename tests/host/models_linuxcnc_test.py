@@ -106,8 +106,10 @@ net x-other-side hm2_7i76e.0.gpio.003.in
 net y-cmd joint.1.motor-pos-cmd => pid-y.command
 net y-fb hm2_7i76e.0.encoder.00.position => pid-y.feedback joint.1.motor-pos-fb
 net y-out pid-y.output => hm2_7i76e.0.pwmgen.00.value
-net y-on joint.1.amp-enable-out => pid-y.enable hm2_7i76e.0.pwmgen.00.enable
+net y-on joint.1.amp-enable-out => hm2_7i76e.0.pwmgen.00.enable
 setp pid-y.Pgain 200
+setp pid-y.enable 1
+setp pid-y.bias 0.05
 setp hm2_7i76e.0.pwmgen.00.scale 70
 net y-index hm2_7i76e.0.encoder.00.index-enable <=> joint.1.index-enable
 net y-home hm2_7i76e.0.gpio.004.in => joint.1.home-sw-in
@@ -161,6 +163,9 @@ def finish():
         json.dump(found, file)
     sys.exit(0)
 
+found["before"] = host.get("y-fb")
+if "motor-fb" in NAMES:
+    host.expect("abs(fb_rate) <= 30001", fb="motor-fb")  # 3 a millisecond, seen in a period of the base thread
 command.state(linuxcnc.STATE_ESTOP_RESET)
 command.wait_complete()
 command.state(linuxcnc.STATE_ON)
@@ -189,6 +194,7 @@ for line in LINES:
     if "motor-fb" in NAMES:
         found.setdefault("motor", []).append(host.get(["motor-rpm", "motor-fb"]))
     found.setdefault("speeds", []).append(host.get("spindle.0.speed-in"))
+found["violations"] = str(host.violations())
 found["values"] = dict(zip(NAMES, host.get(NAMES)))
 finish()
 """
@@ -252,7 +258,7 @@ import serial
 print "no Python 3"
 """
 LINES = ["G21 G90 G0 X120 Y30 Z-40", "M3 S600", "G1 F1200 X130 Z-45", "M5", "T1 M6", "G0 X5 Y5 Z0"]
-NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual"]
+NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual", "y-fb"]
 
 
 class Machine(unittest.TestCase):
@@ -277,7 +283,7 @@ class Machine(unittest.TestCase):
         words = [PLUMB, "run", "--models", "--speed", "10", "--", "linuxcnc", "-r", "mixed.ini"]
         environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
         environment["XDG_CACHE_HOME"] = os.path.join(self.folder, "cache")
-        ran = subprocess.run(words, cwd=self.folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300, check=False)
+        ran = subprocess.run(words, cwd=self.folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
         try:
             with open(os.path.join(self.folder, "found.json"), encoding="utf-8") as file:
                 return json.load(file), ran.stderr
@@ -315,6 +321,7 @@ class StepConf(Machine):
         self.assertNotEqual(values["both-home-x"], values["x-other-side"])
         self.assertEqual((values["motor-rpm"], values["motor-fb"]), (0, 0))
         self.assertEqual(found["motor"][2], [1800, 1800])  # of the command that the program sees
+        self.assertEqual(found["violations"], "[]")  # 3 times 1000/min in a second
         self.assertIn("gear.comp is compiled for this run", errors)
         self.assertIn("note: ./lamp_tower.py: the program is no valid Python 3; its pins rest", errors)
 
@@ -328,14 +335,16 @@ class Mixed(Machine):
     def test_a_pid_with_the_wrong_sign_runs_away(self):
         self.write("mixed.hal", HAL.replace("Pgain 200", "Pgain -200"))
         found, errors = self.run_linuxcnc()
-        self.assertEqual(found["messages"], ["joint 1 following error"], errors)
+        self.assertEqual(found["messages"][:1], ["joint 1 following error"], errors)
 
     def test_it_homes_moves_reaches_its_speed_and_changes_the_tool(self):
         self.write("mixed.hal", HAL)
         found, errors = self.run_linuxcnc()
         self.check_moves(found, errors, 0.001)
+        self.assertEqual(found["before"], 0)  # a drive that is not enabled rests
         self.assertAlmostEqual(found["speeds"][2], 10, delta=0.3)  # turns a second
         values = found["values"]
+        self.assertAlmostEqual(values["y-fb"], 5 - JOINTS[1]["offset"], delta=0.001)  # the count began again at the index
         self.assertTrue(values["z-operates"])
         self.assertNotEqual(values["x-switch"], values["x-other-side"])
         self.assertEqual((values["cia402.0.controlword"], values["lcec.0.0.cia-statusword"] & 0x6F), (0x0F, 0x27))
@@ -382,6 +391,23 @@ sets goal 30
         # 30 at 20/s with 100/s2: 1.7 s.
         arrived = next(row[0] for row in rows if row[1] > 29.999)
         self.assertAlmostEqual(arrived, 1.7, delta=0.02)
+
+    def test_the_file_of_an_ethercat_bus_gives_types_and_the_drive(self):
+        objects = (("out", "6040", "u32", "order"), ("out", "607A", "s32", "goal"), ("in", "6041", "u32", "state"), ("in", "6064", "s32", "place"), ("in", "2001", "s32", "load"))
+        entries = {way: "".join('<pdoEntry idx="%s" subIdx="00" bitLen="32" halPin="%s" halType="%s"/>' % (idx, name, kind) for its, idx, kind, name in objects if its == way) for way in ("in", "out")}
+        managers = "".join('<syncManager idx="2" dir="%s"><pdo idx="1600">%s</pdo></syncManager>' % way for way in entries.items())
+        with open(os.path.join(self.folder, "bus.xml"), "w", encoding="utf-8") as file:
+            file.write('<masters><master idx="0" name="m"><slave idx="3" type="generic" name="x">%s</slave></master></masters>' % managers)
+        hal = "loadusr -W lcec_conf bus.xml\nloadrt lcec\nloadrt threads name1=servo-thread period1=1000000\naddf lcec.read-all servo-thread\n"
+        hal += "newsig order u32\nnet order => lcec.m.x.order\nsets order 6\nnet state lcec.m.x.state\nnet goal => lcec.m.x.goal\n"
+        hal += "net place lcec.m.x.place\nnet load lcec.m.x.load\nsets goal -70000\n"
+        ran = self.bench(hal, "--for", "10ms", "--record", "state,goal,load", "--every", "5ms", "--output", "o.csv")
+        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
+        with open(os.path.join(self.folder, "o.csv"), encoding="utf-8") as file:
+            self.assertEqual(list(map(float, file.readlines()[-1].split(",")[1:])), [0x221, -70000, 0])
+        ran = self.bench(hal.replace("sets order 6", "sets order 15"), "--for", "10ms", "--expect", "{state} == 576 || {state} == 0")
+        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)  # not without a shutdown first
+        self.assertNotEqual(self.bench(hal + "loadrt xor2\naddf xor2.0 servo-thread\nnet load xor2.0.in0\n", "--for", "1ms").returncode, 0)
 
     def test_a_port_is_read_in_a_thread_without_floating_point_and_its_inputs_contradict_each_other(self):
         hal = "loadrt hal_parport cfg=378\nloadrt threads name1=base-thread fp1=0 period1=50000\naddf parport.0.read base-thread\n"
