@@ -111,6 +111,8 @@ setp pid-y.Pgain 200
 setp pid-y.enable 1
 setp pid-y.bias 0.05
 setp hm2_7i76e.0.pwmgen.00.scale 70
+setp hm2_7i76e.0.encoder.00.scale 1000
+net y-raw hm2_7i76e.0.encoder.00.rawcounts
 net y-index hm2_7i76e.0.encoder.00.index-enable <=> joint.1.index-enable
 net y-home hm2_7i76e.0.gpio.004.in => joint.1.home-sw-in
 
@@ -258,7 +260,7 @@ import serial
 print "no Python 3"
 """
 LINES = ["G21 G90 G0 X120 Y30 Z-40", "M3 S600", "G1 F1200 X130 Z-45", "M5", "T1 M6", "G0 X5 Y5 Z0"]
-NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual", "y-fb"]
+NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual", "y-fb", "y-raw"]
 
 
 class Machine(unittest.TestCase):
@@ -344,7 +346,10 @@ class Mixed(Machine):
         self.assertEqual(found["before"], 0)  # a drive that is not enabled rests
         self.assertAlmostEqual(found["speeds"][2], 10, delta=0.3)  # turns a second
         values = found["values"]
-        self.assertAlmostEqual(values["y-fb"], 5 - JOINTS[1]["offset"], delta=0.001)  # the count began again at the index
+        self.assertAlmostEqual(values["y-fb"], 5 - JOINTS[1]["offset"], delta=0.001)
+        index = values["y-raw"] / 1000 - values["y-fb"]  # where the count began again
+        self.assertAlmostEqual(index, round(index), delta=0.03)
+        self.assertGreater(index, 0.9)
         self.assertTrue(values["z-operates"])
         self.assertNotEqual(values["x-switch"], values["x-other-side"])
         self.assertEqual((values["cia402.0.controlword"], values["lcec.0.0.cia-statusword"] & 0x6F), (0x0F, 0x27))
