@@ -18,7 +18,7 @@ from plumb_folder import TemporaryFolder  # noqa: E402
 
 PLUMB = os.path.join(BUILD, "bin", "plumb")
 
-ERROR = re.compile("(?i)error|can ?not|not found|unknown|failed|no such|there is no|does not exist|undefined|is no ")
+ERROR = re.compile("(?i)error|can ?not|not found|unknown|failed|no such|there is no|does not exist|undefined|is no |already |requires ")
 # A machine that needs no model has this word in the table.
 NONE = "none"
 

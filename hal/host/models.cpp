@@ -278,11 +278,13 @@ struct Drive final : Part {
     }
 };
 
-// The component cia402: brings a drive into operation, and scales its positions.
+// The component cia402: brings a drive into operation, and scales its positions. A drive that is told to home
+// counts from where it stands.
 struct Cia402 final : Part {
     Role status{this, "status"}, enable{this, "enable"}, command{this, "command"}, actual{this, "actual"};
     Role scale{this, "scale", 1}, control{this, "control"}, mode{this, "mode"}, target{this, "target"};
-    Role position{this, "position"}, enabled{this, "enabled"};
+    Role position{this, "position"}, enabled{this, "enabled"}, home{this, "home"};
+    double zero = 0;
 
     void move(double) override {
         constexpr int cyclic_synchronous_position = 8;
@@ -293,8 +295,11 @@ struct Cia402 final : Part {
         control = !enable.on() ? 0x06 : state == Drive::ready ? 0x07 : goes_on ? 0x0f : 0x06;
         enabled = operates ? 1 : 0;
         mode = cyclic_synchronous_position;
-        position = actual / counts;
-        target = operates ? command * counts : static_cast<double>(actual);
+        const bool homes = operates && home.on();
+        if (homes) zero = actual;
+        home = 0;
+        position = (actual - zero) / counts;
+        target = operates && !homes ? command * counts + zero : static_cast<double>(actual);
     }
 };
 

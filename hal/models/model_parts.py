@@ -92,6 +92,7 @@ class Parts:
         if signal is None:
             return None
         pins, sources = self.nets[signal]
+        sources = {other for other in sources if self.told(other)[1] != "IN"}  # HAL ignores arrows
         found = [other for other in pins if other != pin and (other in sources or other in self.outputs or _is_output(other))]
         return found[0] if found else None
 
@@ -159,7 +160,8 @@ class Parts:
                     return {"source": self._position_of(part, pin)}, {}
             fastest = number_in(self.ini, "JOINT_%d" % joint, "MAX_VELOCITY", 1, float) * HEADROOM
             head = pin.rpartition(".")[0]
-            full = self._set(head + ".scale") or self._set(pin + "-scalemax") or next(filter(None, (self._set(other + ".maxoutput") for other in heads)), None) or 1.0
+            ends = [head + ".scale", pin + "-scalemax", *(other + ".maxoutput" for other in heads)]
+            full = next(filter(None, map(self._set, ends)), 1.0)
             tuned = next(filter(None, (self._set(other + ".FF1") for other in heads)), None)
             gain = abs(1 / (tuned * factor)) if tuned else fastest / abs(full)
             pins = {"source": pin}
@@ -258,10 +260,13 @@ class Parts:
             room = margin + search**2 / 2 / max(number("MAX_ACCELERATION"), 1e-6)
             places = [("home-sw-in", home, direction)] if search else []
             if number("MAX_LIMIT") > number("MIN_LIMIT"):
-                places += [("neg-lim-sw-in", number("MIN_LIMIT") - room, -1), ("pos-lim-sw-in", number("MAX_LIMIT") + room, 1)]
+                ends = [number("MIN_LIMIT"), number("MAX_LIMIT"), *([home] if search else [])]
+                places += [("neg-lim-sw-in", min(ends) - room, -1), ("pos-lim-sw-in", max(ends) + room, 1)]
+            own = {}  # a switch for home and limit has one place on a side
             for name, place, side in places:
                 for output, level in demanded("joint.%d.%s" % (joint, name), True, self._writer, self._owner, self.outputs):
-                    switches.setdefault(output, (level, []))[1].append((command, start, place, side))
+                    if own.setdefault((output, side), name) == name:
+                        switches.setdefault(output, (level, []))[1].append((command, start, place, side))
         for output, (level, each) in switches.items():
             part = {"kind": "switch", "pins": {"out": output}, "numbers": {"inverted": int(not level)}}
             for index, (command, start, place, side) in enumerate(each):

@@ -160,16 +160,17 @@ class StandIns:
 
     def _by_use(self, name):
         """Type and direction of a pin by the signals and values that the user's files give it."""
-        others, is_source, likely = [], False, known(self.files, name, likely=True) or [None, None]
+        others, is_source, has_writer, likely = [], False, False, known(self.files, name, likely=True) or [None, None]
         signals = [signal for signal, (pins, _) in self.nets.items() if name in pins]
         for signal in signals:
             pins, sources = self.nets[signal]
             others += [kind for kind in map(self.told, pins) if None not in kind]
             is_source = is_source or name in sources
+            has_writer = has_writer or any(self.told(source)[1] != "IN" for source in sources - {name})  # HAL ignores arrows
         kind = self._kind_of_signal(signals[0]) if signals else likely[0] or self._kind_by_value(name) or _kind_by_name(name)
         if any(direction == "IO" for _, direction in others):
             return [kind, "IO"]
-        has_writer = any(direction == "OUT" for _, direction in others)
+        has_writer = has_writer or any(direction == "OUT" for _, direction in others)
         reads = any(direction == "IN" for _, direction in others)
         return [kind, "IN" if has_writer or not (is_source or reads) else "OUT"]
 
@@ -281,6 +282,13 @@ class StandIns:
         elif self.trial.can_place(path):
             text = "import os\nos.execv(%r, %r)\n" % (sys.executable, [sys.executable, *words]) if interpreted else script(*words)
             self.trial.place(path, text, 0o777)
+        else:  # no file can be put there: the HAL files name another, in the run alone
+            ours = self.trial.path("bin/" + os.path.basename(program))
+            self.trial.program("bin/" + os.path.basename(program), *words)
+            for file, text in self.texts.items():
+                if program in text:
+                    self.texts[file] = text.replace(program, ours)
+                    self.trial.place(file, self.texts[file])
 
     def _installed(self, program):
         """The program that LinuxCNC starts by this name; it looks into a folder bin beside the INI file first."""

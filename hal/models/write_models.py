@@ -119,7 +119,8 @@ class Place:
             return False
         os.makedirs(self.path("modules"), exist_ok=True)
         words = ["halcompile", "--compile", source]
-        done = subprocess.run(words, cwd=self.path("modules"), stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        place = self.path("modules")
+        done = subprocess.run(words, cwd=place, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=PATIENCE, check=False)
         made = os.path.exists(self.path("modules/%s.so" % module))
         what = "is compiled for this run" if made else "cannot be compiled:\n" + "\n".join((done.stdout + done.stderr).splitlines()[-5:])
         print("note: %s %s" % (source, what), file=sys.stderr)
