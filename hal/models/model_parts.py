@@ -16,6 +16,7 @@ WANTED_TRUE = re.compile(r".*emc-enable-in|.*\.ok-in|.*\.at-speed|motion\.enable
 WANTED_FALSE = re.compile(
     r"joint\.\d+\.(neg-lim-sw-in|pos-lim-sw-in|amp-fault-in|home-sw-in)|.*\.fault-in|spindle\.\d+\.(inhibit|amp-fault-in)|"
     r"motion\.(probe-input|feed-inhibit|feed-hold|homing-inhibit|jog-inhibit)|"
+    r"plasmac\.(float-switch|breakaway|ohmic-probe)|"
     r"halui\.(abort|estop\.activate|machine\.off|program\.(stop|pause))"
 )
 LOGIC = {  # inputs of a module, and their values, that give its output a value
@@ -155,6 +156,9 @@ class Parts:
         for pin, (factor, heads) in there.items():
             if pin not in back or pin not in self.kinds or not heads or self.kinds[pin][1] != "float":
                 continue
+            measured = {self.signals.get(other) for other in self._part(position)["pins"].values()}
+            if sum(self.signals.get(other + ".feedback") in measured for other in heads if other + ".feedback" in self.signals) > 1:
+                return None  # a loop of the speed in a loop of the position: a drive in torque mode
             for part in (part for model in self.models for part in model["parts"]):
                 if part["kind"] == "stepgen" and pin in (part["pins"].get("command"), part["pins"].get("velocity-command")):
                     return {"source": self._position_of(part, pin)}, {}
@@ -288,7 +292,7 @@ def _of_file(part, names):
     heads = {}
     for name in names:
         if part.get("each"):
-            for found in re.finditer(r"\.", name):
+            for found in reversed(list(re.finditer(r"\.", name))):
                 head, tail = name[: found.start()], name[found.end() :]
                 if re.fullmatch(part["of"], head) and re.fullmatch(part["each"], tail):
                     heads[name] = (head, tail)

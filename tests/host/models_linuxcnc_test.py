@@ -414,6 +414,16 @@ sets goal 30
         self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)  # not without a shutdown first
         self.assertNotEqual(self.bench(hal + "loadrt xor2\naddf xor2.0 servo-thread\nnet load xor2.0.in0\n", "--for", "1ms").returncode, 0)
 
+    def test_each_slave_of_a_bus_is_a_drive_of_its_own(self):
+        hal = "loadrt lcec\nloadrt threads name1=servo-thread period1=1000000\naddf lcec.read-all servo-thread\n"
+        for slave, order in (("x", 6), ("y", 0)):
+            hal += "newsig {0}-order u32\nnet {0}-order => lcec.0.{0}.cia-controlword\nsets {0}-order {1}\n".format(slave, order)
+            hal += "net {0}-state lcec.0.{0}.cia-statusword\n".format(slave)
+        ran = self.bench(hal, "--for", "10ms", "--record", "x-state,y-state", "--every", "5ms", "--output", "o.csv")
+        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
+        with open(os.path.join(self.folder, "o.csv"), encoding="utf-8") as file:
+            self.assertEqual(list(map(float, file.readlines()[-1].split(",")[1:])), [0x221, 0x240])
+
     def test_a_port_is_read_in_a_thread_without_floating_point_and_its_inputs_contradict_each_other(self):
         hal = "loadrt hal_parport cfg=378\nloadrt threads name1=base-thread fp1=0 period1=50000\naddf parport.0.read base-thread\n"
         hal += "net probe parport.0.pin-10-in\nnet no-probe parport.0.pin-10-in-not\n"
