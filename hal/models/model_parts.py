@@ -227,18 +227,18 @@ class Parts:
             signal = self.signals.get(output)
             if not signal or self.kinds[output][1] != "float" or self._part(output):
                 continue
+            found = {}
             for pin, (gain, _) in self._reached(signal).items():
                 head, _, name = pin.rpartition(".")
                 other = {"in1": head + ".in2", "in2": head + ".in1"}.get(name)
-                if pin == "spindle.%d.speed-in" % spindle:
-                    follows = source
-                elif self._owner(pin) == "near" and other in commands:
-                    follows = self.signals[other]
-                else:
-                    continue
+                if self._owner(pin) == "near" and other in commands:
+                    found["near"] = self.signals[other], gain
+                elif pin == "spindle.%d.speed-in" % spindle:
+                    found["speed-in"] = source, gain
+            if found:  # a comparison tells the unit that the user's files use
+                follows, gain = found.get("near") or found["speed-in"]
                 part = {"kind": "speed", "pins": {"in": follows, "source": source, "out": output}, "numbers": {"factor": 1 / gain, "ramp": RAMP}}
                 self._model(output)["parts"].append(part)
-                break
 
     def _inputs(self):
         """Inputs that hold the machine back have the values with which it works."""
