@@ -4,7 +4,6 @@
 #include "components/io/files/growth_log_file.hpp"
 #include "hal/any_value.hpp"
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace plumb {
@@ -29,10 +29,12 @@ public:
         for (const char* const name :
              {"row", "row-shown", "rows", "restore", "restores", "restores-refused", "gap"})
             if (!find_one(name)) return false;
-        for (const char* const field : fields)
-            if (!find_one(std::string("row-") + field) || !find_one(std::string("restore-") + field))
-                return false;
-        return true;
+        bool all = true;
+        GrowthRecord record;
+        each_field(record, [&](const std::string& field, auto&) {
+            all = all && find_one("row-" + field) && find_one("restore-" + field);
+        });
+        return all;
     }
 
     std::int64_t count() const { return whole("rows"); }
@@ -42,27 +44,11 @@ public:
         write("row", row);
         if (!await([&] { return whole("row-shown") == row; })) return std::nullopt;
         std::atomic_thread_fence(std::memory_order_acquire);
-        const auto real = [&](const char* field) {
-            return std::get<double>(pins_.at(std::string("row-") + field).read());
-        };
-        const auto count = [&](const char* field) {
-            return static_cast<int>(whole(std::string("row-") + field));
-        };
-        const auto bit = [&](const char* field) {
-            return std::get<bool>(pins_.at(std::string("row-") + field).read());
-        };
         GrowthRecord r;
-        r.kind = count("kind");
-        r.time = real("time");
-        r.pass = count("pass");
-        r.visit = count("visit");
-        r.bore = count("bore");
-        r.item = count("item");
-        r.turned = bit("turned");
-        r.compensated = bit("compensated");
-        r.cooled = bit("cooled");
-        r.at = {real("x"), real("y"), real("z")};
-        r.offset = {real("x-offset"), real("y-offset"), real("z-offset")};
+        each_field(r, [&](const std::string& field, auto& value) {
+            using Type = std::decay_t<decltype(value)>;
+            value = static_cast<Type>(std::get<Wide<Type>>(pins_.at("row-" + field).read()));
+        });
         return whole("row-shown") == row ? std::optional(r) : std::nullopt;
     }
 
@@ -83,24 +69,9 @@ public:
     // Gives one record back, after settle(). Nothing if the component does not answer, else whether it
     // accepted the record.
     std::optional<bool> give(const GrowthRecord& r) const {
-        const auto put = [&](const char* field, const hal::Value& value) {
-            write(std::string("restore-") + field, value);
-        };
-        put("kind", std::int64_t{r.kind});
-        put("time", r.time);
-        put("pass", std::int64_t{r.pass});
-        put("visit", std::int64_t{r.visit});
-        put("bore", std::int64_t{r.bore});
-        put("item", std::int64_t{r.item});
-        put("turned", r.turned);
-        put("compensated", r.compensated);
-        put("cooled", r.cooled);
-        put("x", r.at[0]);
-        put("y", r.at[1]);
-        put("z", r.at[2]);
-        put("x-offset", r.offset[0]);
-        put("y-offset", r.offset[1]);
-        put("z-offset", r.offset[2]);
+        each_field(r, [&](const std::string& field, auto value) {
+            write("restore-" + field, Wide<decltype(value)>{value});
+        });
         std::atomic_thread_fence(std::memory_order_release);
         const auto answers = [&] { return std::pair(whole("restores"), whole("restores-refused")); };
         const auto before = answers();
@@ -112,9 +83,19 @@ public:
     void set_gap(double seconds) const { write("gap", seconds); }
 
 private:
-    static constexpr std::array<const char*, 15> fields{
-        "kind",   "time", "pass", "visit", "bore",     "item",     "turned",  "compensated",
-        "cooled", "x",    "y",    "z",     "x-offset", "y-offset", "z-offset"};
+    // The type of a pin for a field of this type.
+    template <class Type>
+    using Wide = std::conditional_t<std::is_same_v<Type, int>, std::int64_t, Type>;
+
+    // The fields of a record, by the names of their pins.
+    template <class Record, class Visit>
+    static void each_field(Record& r, Visit visit) {
+        visit("kind", r.kind), visit("time", r.time), visit("item", r.item);
+        visit("pass", r.pass), visit("visit", r.visit), visit("bore", r.bore);
+        visit("turned", r.turned), visit("compensated", r.compensated), visit("cooled", r.cooled);
+        visit("x", r.at[0]), visit("y", r.at[1]), visit("z", r.at[2]);
+        visit("x-offset", r.offset[0]), visit("y-offset", r.offset[1]), visit("z-offset", r.offset[2]);
+    }
 
     bool find_one(const std::string& name) {
         const auto pin = hal::NamedPin::find(component_ + '.' + name);
