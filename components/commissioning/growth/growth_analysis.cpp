@@ -39,7 +39,7 @@ bool duty_changed(const GrowthLog& log) {
 
 }  // namespace
 
-void split_places(GrowthAnalysis& analysis) {
+void compare_orientations(GrowthAnalysis& analysis) {
     const bool compensated = !analysis.has_off;
     std::map<std::pair<int, bool>, Vector3d> last;
     int pass = 0;
@@ -49,22 +49,6 @@ void split_places(GrowthAnalysis& analysis) {
         if (series.compensated == compensated && series.points.back().pass == pass && pass > 1 &&
             series.points.back().deviation.allFinite())
             last[{series.bore, series.turned}] = series.points.back().deviation;
-    std::vector<std::pair<Vector3d, Vector3d>> bores;
-    for (const auto& [key, deviation] : last) {
-        const auto place = analysis.log->bores.find(key.first);
-        if (key.second || place == analysis.log->bores.end()) continue;
-        const auto& at = place->second.place;
-        bores.emplace_back(Vector3d(at[0], at[1], at[2]), deviation);
-        analysis.rigid_bores.push_back(key.first);
-    }
-    if (!bores.empty()) {
-        Eigen::MatrixX3d places(static_cast<Eigen::Index>(bores.size()), 3), deviations = places;
-        for (std::size_t i = 0; i < bores.size(); ++i) {
-            places.row(static_cast<Eigen::Index>(i)) = bores[i].first.transpose();
-            deviations.row(static_cast<Eigen::Index>(i)) = bores[i].second.transpose();
-        }
-        analysis.rigid = rigid_part(places, deviations);
-    }
     for (const auto& [key, deviation] : last) {
         const auto other = last.find({key.first, true});
         if (key.second || other == last.end()) continue;
@@ -135,7 +119,7 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     measure_axes(analysis);
     make_budgets(analysis, visits);
     judge_compensation(analysis, visits);
-    split_places(analysis);
+    compare_orientations(analysis);
     find_slips(analysis);
     decide(analysis);
     analysis.practice = growth_practice(analysis);
@@ -157,8 +141,6 @@ GrowthAnalysis analysed(const GrowthLog& log) {
     if (log.artifact && !analysis.expansion.applied)
         analysis.notes.push_back(
             "The expansion of the artifact was not taken out: " + analysis.expansion.why_not + ".");
-    if (log.bores.empty() && !analysis.series.empty())
-        analysis.notes.push_back("The places of the bores are not in the log: there is no rigid part.");
     return analysis;
 }
 

@@ -11,7 +11,7 @@
 #include "components/math/growth/compensation_effect.hpp"
 #include "components/math/growth/coverage_factor.hpp"
 #include "components/math/growth/growth_curve.hpp"
-#include "components/math/growth/rigid_part.hpp"
+#include "components/math/growth/turned_table.hpp"
 
 #include <Eigen/Core>
 
@@ -105,14 +105,12 @@ struct GrowthAnalysis {
     std::array<GrowthVerdict, 3> verdicts{};
     GrowthVerdict verdict = GrowthVerdict::undetermined;
     std::vector<std::string> reasons;
-    std::optional<RigidPart> rigid;  // of the last pass, without compensation where there is that
-    std::vector<int> rigid_bores;
     struct Turned {
         int bore;
         TurnedTable table;
         std::optional<double> tilt;  // about X
     };
-    std::vector<Turned> turned;
+    std::vector<Turned> turned;  // in the last pass, without compensation where there is that
     // Temperatures: time and value, by sensor.
     std::map<int, std::vector<std::pair<double, double>>> temperatures;
     std::vector<std::string> notes;

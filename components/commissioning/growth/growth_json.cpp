@@ -110,20 +110,6 @@ nlohmann::json compensation_json(const GrowthAnalysis& test) {
     return j;
 }
 
-nlohmann::json rigid_part_json(const GrowthAnalysis& test) {
-    const RigidPart& rigid = *test.rigid;
-    nlohmann::json j{{"rank", rigid.rank}, {"bores", test.rigid_bores}, {"rms_of_rest_mm", rigid.rms}};
-    for (std::size_t i = 0; i < RigidPart::names.size(); ++i) {
-        const auto at = static_cast<Eigen::Index>(i);
-        j["parameters"][RigidPart::names[i]] = {{"value", rigid.value[at]},
-                                                {"uncertainty", rigid.per_unit[at] * test.uncertainty},
-                                                {"determined", rigid.determined[i]}};
-    }
-    for (Eigen::Index i = 0; i < rigid.rest.rows(); ++i)
-        j["rest_mm"].push_back(reals(rigid.rest.row(i).transpose()));
-    return j;
-}
-
 nlohmann::json turned_json(const GrowthAnalysis::Turned& turned) {
     return {{"bore", turned.bore},
             {"half_sum_mm", reals(turned.table.half_sum)},
@@ -241,7 +227,6 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
         j["settings"] = growth_settings(log.file, log.begun, *test.identified);
     else
         j["identified"] = nullptr, j["not_identified"] = test.not_identified;
-    if (test.rigid) j["rigid_part"] = rigid_part_json(test);
     j["practice"] = practice_json(test);
     j["orientations"] = nlohmann::json::array();
     for (const GrowthAnalysis::Turned& turned : test.turned) j["orientations"].push_back(turned_json(turned));

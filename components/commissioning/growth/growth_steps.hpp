@@ -22,8 +22,8 @@ void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visi
 // Gain and fault of the compensation, where both states were probed.
 void judge_compensation(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits);
 
-// The rigid part, and the two orientations.
-void split_places(GrowthAnalysis& analysis);
+// The two orientations in the last pass.
+void compare_orientations(GrowthAnalysis& analysis);
 
 // Steps of all bores between two passes that are no growth.
 void find_slips(GrowthAnalysis& analysis);

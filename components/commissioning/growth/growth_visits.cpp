@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "components/math/growth/pseudo_inverse.hpp"
 #include "components/math/growth/bore_centre.hpp"
+#include "components/math/growth/pseudo_inverse.hpp"
 
 namespace plumb::commissioning {
 
@@ -63,7 +63,7 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
                 face += p.z();
                 ++faces;
             } else {
-                circle.add(p.x(), p.y());
+                circle.add(p.head<2>());
             }
         }
         touches.clear();
@@ -72,17 +72,17 @@ std::vector<GrowthVisit> growth_visits(const GrowthLog& log) {
         visit.compensation = offset / count;
         if (const auto centre = sphere.centre()) {
             visit.place = centre->place;
-            visit.diameter = centre->diameter(log.ball);
+            visit.diameter = 2 * centre->radius - log.ball;
             visit.scatter = centre->scatter;
             visit.checked = sphere.count() > 4;
         }
         if (const auto centre = circle.centre()) {
-            visit.place.head<2>() = Eigen::Vector2d(centre->x, centre->y);
-            visit.diameter = centre->bore_diameter(log.ball);
+            visit.place.head<2>() = centre->place;
+            visit.diameter = 2 * centre->radius + log.ball;
             visit.scatter = centre->scatter;
             visit.checked = circle.count() > 3;
-            visit.x_per_touch = centre->x_per_unit;
-            visit.y_per_touch = centre->y_per_unit;
+            visit.x_per_touch = centre->per_unit.x();
+            visit.y_per_touch = centre->per_unit.y();
             for (const auto& [side, p] : places)
                 if (std::abs(side) != 3)
                     visit.rests[side].push_back((p - visit.place).head<2>().norm() - centre->radius);

@@ -207,7 +207,10 @@ public:
     // The result of a period.
     enum class Result { none, touch, bore };
 
-    void reserve() { records_.reserve(most_records); }
+    void reserve() {
+        records_.reserve(most_records);
+        rule_.reserve(most_records);
+    }
 
     const std::vector<Record>& records() const noexcept { return records_; }
     bool begun() const noexcept { return !records_.empty(); }
@@ -383,7 +386,7 @@ private:
 
     // Where the axes were, with the compensation: the place of a bore does not depend on its state.
     std::array<double, 3> place(const std::optional<BoreTouches::Centre>& centre) const noexcept {
-        const std::array<double, 3> mean{centre ? centre->x : NAN, centre ? centre->y : NAN,
+        const std::array<double, 3> mean{centre ? centre->place.x() : NAN, centre ? centre->place.y() : NAN,
                                          touched_.has_face() ? touched_.face() : NAN};
         std::array<double, 3> all{};
         for (std::size_t axis = 0; axis < 3; ++axis)
@@ -472,7 +475,7 @@ private:
         time_ = r.time;
         switch (static_cast<Kind>(r.kind)) {
             case Kind::touch: touch(r); break;
-            case Kind::temperature: temperature(r, settings); break;
+            case Kind::temperature: temperature(r); break;
             case Kind::event: event(r, settings); break;
             case Kind::speed:
                 work_ += r.x * (r.time - last_speed_);
@@ -498,10 +501,10 @@ private:
         touched_.add(r.item, r.x - r.x_offset, r.y - r.y_offset, r.z - r.z_offset);
     }
 
-    void temperature(const Record& r, const Settings& settings) noexcept {
+    void temperature(const Record& r) noexcept {
         if (r.item < 1 || r.item > StopRule::most_sensors) return;
         rise_.take(static_cast<std::size_t>(r.item - 1), r.y != 0 ? r.x : NAN);
-        rule_.sample(r.time, rise_.now(), settings.stop);
+        rule_.sample(r.time, rise_.now());
     }
 
     void event(const Record& r, const Settings& settings) noexcept {
@@ -512,7 +515,7 @@ private:
                 break;
             case Event::pass_end: end_pass(r, settings); break;
             case Event::resumed: slips_.interrupt(); break;
-            case Event::cycle_end: rule_.cycle_ends(r.time, settings.stop); break;
+            case Event::cycle_end: rule_.cycle_ends(r.time); break;
             case Event::stop: stop_ = static_cast<Stop>(std::clamp(static_cast<int>(r.x), 0, 2)); break;
             case Event::measured: measure(r); break;
             case Event::rejected: visits_ = std::max(visits_, r.visit); break;
@@ -526,8 +529,8 @@ private:
     void measure(const Record& r) noexcept {
         double at[] = {NAN, NAN, NAN};
         if (const auto centre = touched_.centre()) {
-            at[0] = bore_.x = centre->x;
-            at[1] = bore_.y = centre->y;
+            at[0] = bore_.x = centre->place.x();
+            at[1] = bore_.y = centre->place.y();
             bore_.radius = centre->radius;
             bore_.scatter = centre->scatter;
         }

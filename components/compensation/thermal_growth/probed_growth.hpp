@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace plumb {
 
@@ -51,7 +52,8 @@ private:
 
 enum class StopReason : std::int32_t { none, stable, maximum_time };
 
-// Decides when a machine is warm. Realtime: fixed size, no allocation.
+// Decides when a machine is warm. reserve() allocates; nothing else does, up to so many samples, cycles and
+// deviations.
 //
 // First rule: the largest |T(now) - T(now - interval)| of the chosen sensors is at most the threshold. Second
 // rule: for every deviation (a coordinate of a bore), the range in the last hour is at most 15 % of that in
@@ -87,70 +89,69 @@ public:
 
     using Temperatures = std::array<double, most_sensors>;  // degC; not a number: unknown
 
+    void reserve(std::size_t most) {
+        samples_.reserve(most);
+        ends_.reserve(most);
+        deviations_.reserve(most);
+    }
     void clear() noexcept {
         samples_.clear();
         ends_.clear();
-        cycles_ = 0;
-        for (Series& series : series_) series.count = 0;
+        deviations_.clear();
     }
 
-    // Temperatures at a time, a few seconds or more after the last ones.
-    void sample(double time, const Temperatures& now, const Settings& settings) noexcept {
-        latest_ = now;
-        latest_time_ = time;
-        const double every = settings.interval / (History::most - 1);
-        if (settings.interval > 0) samples_.take(time, now, every * (1 - 1e-9));
+    // Temperatures at a time.
+    void sample(double time, const Temperatures& now) noexcept {
+        if (samples_.empty() || time > samples_.back().time) samples_.push_back({time, now});
+        samples_.back().value = now;
     }
 
     // A cycle of the machine ends: the temperatures of now are those of this cycle.
-    void cycle_ends(double time, const Settings& settings) noexcept {
-        ++cycles_;
-        latest_time_ = time;
-        ends_.take(time, latest_, settings.interval / (History::most - 1) * (1 - 1e-9));
+    void cycle_ends(double time) noexcept {
+        Sample end{time, {}};
+        end.value.fill(NAN);
+        if (!samples_.empty()) end.value = samples_.back().value;
+        ends_.push_back(end);
     }
 
     // Largest change of a sensor within the interval, in K; infinite while it is unknown. A machine that
     // works in cycles is compared at the ends of cycles: its temperatures rise and fall within each.
     double change(const Settings& settings) const noexcept {
-        if (cycles_ == 0)
-            return settings.interval > 0
-                       ? change(samples_, latest_, latest_time_ - settings.interval, settings)
-                       : unknown;
-        const double then = ends_.time(0) - std::max(settings.interval, 1e-3);
-        return change(ends_, ends_.value(0), then, settings);
+        const std::vector<Sample>& all = ends_.empty() ? samples_ : ends_;
+        if (all.empty() || (ends_.empty() && !(settings.interval > 0))) return unknown;
+        const double then = all.back().time - std::max(settings.interval, 1e-3);
+        const auto before = std::find_if(all.rbegin(), all.rend(), [&](const Sample& its) {
+            return its.time <= then + 1e-6 * settings.interval;
+        });
+        return before == all.rend() ? unknown : largest(all.back().value, before->value, settings.sensors);
     }
 
     // The deviation number `index` at a time, in mu. Those of one pass come together.
     void deviation(double time, int index, double value) noexcept {
         if (index < 0 || index >= most_values || !std::isfinite(value)) return;
-        Series& series = series_[static_cast<std::size_t>(index)];
-        if (series.count == 0) {
-            series.began = time;
-            series.first = Range();
-            series.last_hour.clear();
-        }
-        if (time <= series.began + hour || series.count < 2) series.first.take(value);
-        series.last_hour.take(time, value);
-        ++series.count;
+        deviations_.push_back({time, static_cast<std::size_t>(index), value});
     }
 
     // Whether the second rule holds for all deviations. They must span the last hour, beyond the first one.
-    bool ranges_are_small(double time, const Settings& settings) const noexcept {
-        bool any = false;
-        for (const Series& series : series_) {
-            if (series.count == 0) continue;
-            any = true;
-            if (time - series.began < 2 * hour) return false;
-            const Range recent = series.last_hour.range(time);
-            if (!recent.spans) return false;
-            const double most = std::max(
-                {range_share * series.first.width(), 4 * settings.uncertainty, settings.range_floor});
-            if (!(recent.width() <= most)) return false;
+    bool ranges_are_small(double time, const Settings& settings) noexcept {
+        series_.fill({});
+        for (const Deviation& its : deviations_) {
+            Series& series = series_[its.index];
+            if (series.count++ == 0) series.began = its.time;
+            if (its.time <= series.began + hour || series.count <= 2) series.first.take(its.value);
+            if (its.time <= time - hour) series.last = {}, series.spans = true;  // the hour begins here
+            series.last.take(its.value);
         }
-        return any;
+        for (const Series& its : series_) {
+            if (its.count == 0) continue;
+            const double most =
+                std::max({range_share * its.first.width(), 4 * settings.uncertainty, settings.range_floor});
+            if (time - its.began < 2 * hour || !its.spans || !(its.last.width() <= most)) return false;
+        }
+        return !deviations_.empty();
     }
 
-    StopReason reason(double time, const Settings& settings) const noexcept {
+    StopReason reason(double time, const Settings& settings) noexcept {
         if (time >= settings.maximum_time) return StopReason::maximum_time;
         if (time < settings.minimum_time) return StopReason::none;
         if (!(change(settings) <= settings.threshold)) return StopReason::none;
@@ -158,43 +159,22 @@ public:
         return StopReason::stable;
     }
 
-    int cycles() const noexcept { return cycles_; }
+    int cycles() const noexcept { return static_cast<int>(ends_.size()); }
 
 private:
     static constexpr double unknown = HUGE_VAL;
 
-    // The last temperatures.
-    class History {
-    public:
-        static constexpr int most = 65;
-
-        // Those that come sooner than `every` after the last ones are left out.
-        void take(double time, const Temperatures& value, double every) noexcept {
-            if (count_ > 0 && time - times_[index(0)] < every) return;
-            next_ = (next_ + 1) % most;
-            count_ = std::min(count_ + 1, most);
-            times_[index(0)] = time;
-            values_[index(0)] = value;
-        }
-        void clear() noexcept { count_ = 0; }
-        int count() const noexcept { return count_; }
-        // So many before the last.
-        double time(int before) const noexcept { return times_[index(before)]; }
-        const Temperatures& value(int before) const noexcept { return values_[index(before)]; }
-
-    private:
-        std::size_t index(int before) const noexcept {
-            return static_cast<std::size_t>((next_ - before + most) % most);
-        }
-
-        std::array<double, most> times_{};
-        std::array<Temperatures, most> values_{};
-        int next_ = most - 1, count_ = 0;
+    struct Sample {
+        double time = 0;
+        Temperatures value{};
     };
-
+    struct Deviation {
+        double time = 0;
+        std::size_t index = 0;
+        double value = 0;
+    };
     struct Range {
         double low = HUGE_VAL, high = -HUGE_VAL;
-        bool spans = false;
 
         void take(double value) noexcept {
             low = std::min(low, value);
@@ -202,68 +182,12 @@ private:
         }
         double width() const noexcept { return high >= low ? high - low : 0; }
     };
-
-    // The values of the last hour. Passes are minutes apart; of more than `most`, neighbours are merged.
-    class Recent {
-    public:
-        void clear() noexcept { count_ = 0; }
-
-        void take(double time, double value) noexcept {
-            if (count_ == 0 || time - slot(0).begin >= hour / (most - 1)) {
-                next_ = (next_ + 1) % most;
-                count_ = std::min(count_ + 1, most);
-                slot(0) = {time, {}};
-            }
-            slot(0).range.take(value);
-        }
-
-        // With the last value before the hour began, without which the hour is not spanned.
-        Range range(double time) const noexcept {
-            Range all;
-            for (int i = 0; i < count_; ++i) {
-                const Slot& one = slot(i);
-                all.take(one.range.low);
-                all.take(one.range.high);
-                all.spans = one.begin <= time - hour;
-                if (all.spans) break;
-            }
-            return all;
-        }
-
-    private:
-        static constexpr int most = 24;
-        struct Slot {
-            double begin = 0;
-            Range range;
-        };
-
-        // The slot so many before the last one.
-        Slot& slot(int before) noexcept {
-            return slots_[static_cast<std::size_t>((next_ - before + most) % most)];
-        }
-        const Slot& slot(int before) const noexcept {
-            return slots_[static_cast<std::size_t>((next_ - before + most) % most)];
-        }
-
-        std::array<Slot, most> slots_{};
-        int next_ = most - 1, count_ = 0;
-    };
-
     struct Series {
         double began = 0;
-        std::int64_t count = 0;
-        Range first;
-        Recent last_hour;
+        int count = 0;
+        bool spans = false;
+        Range first, last;
     };
-
-    // Against the youngest ones that are at least as old as `then`.
-    static double change(const History& history, const Temperatures& now, double then,
-                         const Settings& settings) noexcept {
-        for (int i = 0; i < history.count(); ++i)
-            if (history.time(i) <= then + 1e-6 * settings.interval)
-                return largest(now, history.value(i), settings.sensors);
-        return unknown;
-    }
 
     static double largest(const Temperatures& now, const Temperatures& then, std::uint32_t sensors) noexcept {
         double most = -1;
@@ -276,11 +200,9 @@ private:
         return most >= 0 ? most : unknown;
     }
 
-    History samples_, ends_;
-    Temperatures latest_{};
-    double latest_time_ = 0;
-    int cycles_ = 0;
-    std::array<Series, most_values> series_{};
+    std::vector<Sample> samples_, ends_;
+    std::vector<Deviation> deviations_;
+    std::array<Series, most_values> series_{};  // of ranges_are_small(): too large for the stack
 };
 
 // The positions of the bores in the first pass, from which those of later passes deviate.
@@ -361,7 +283,7 @@ public:
     // A touch in Z, direction 3 or -3, is one of the face.
     void add(std::int32_t direction, double x, double y, double z) noexcept {
         if (std::abs(direction) != 3) {
-            if (circle_.add(x, y))
+            if (circle_.add({x, y}))
                 sides_[static_cast<std::size_t>(circle_.count() - 1)] = {x, y, std::abs(direction) == 1};
             return;
         }
@@ -381,7 +303,8 @@ public:
         double sum[2]{}, count[2]{};
         for (int i = 0; i < circle_.count(); ++i) {
             const Side& side = sides_[static_cast<std::size_t>(i)];
-            sum[side.along_x] += std::hypot(side.x - centre.x, side.y - centre.y) - centre.radius;
+            sum[side.along_x] +=
+                std::hypot(side.x - centre.place.x(), side.y - centre.place.y()) - centre.radius;
             ++count[side.along_x];
         }
         return count[0] > 0 && count[1] > 0 ? sum[1] / count[1] - sum[0] / count[0] : 0;

@@ -253,11 +253,11 @@ struct Stop : testing::Test {
             now.fill(NAN);
             now[0] = temperature(t);
             now[1] = 20;
-            rule.sample(t, now, settings);
+            rule.sample(t, now);
             if (t >= next) {
                 next += pass;
                 rule.deviation(t, 2, drift(t));
-                rule.cycle_ends(t, settings);
+                rule.cycle_ends(t);
                 if (rule.reason(t, settings) != StopReason::none) return t;
             }
         }
@@ -337,7 +337,7 @@ TEST_F(Stop, WithoutADeviationTheSecondRuleNeverHolds) {
     for (double t = 0; t <= 10 * hour; t += 60) {
         StopRule::Temperatures now;
         now.fill(20);
-        rule.sample(t, now, settings);
+        rule.sample(t, now);
     }
     EXPECT_EQ(rule.reason(10 * hour, settings), StopReason::none);
     settings.by_displacement = false;

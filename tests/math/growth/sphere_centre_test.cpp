@@ -38,7 +38,7 @@ TEST(SphereTouches, FiveTouchesGiveTheCentreAlsoWhenTheyMissIt) {
         const auto found = five(centre, Vector3d(miss, -0.7 * miss, 0.4 * miss)).centre();
         ASSERT_TRUE(found);
         EXPECT_LT((found->place - centre).norm(), 1e-8);
-        EXPECT_NEAR(found->diameter(6), 20, 1e-8);
+        EXPECT_NEAR(2 * found->radius - 6, 20, 1e-8);
         EXPECT_NEAR(found->scatter, 0, 1e-8);
     }
 }

@@ -20,8 +20,8 @@ TEST(ProbedBore, SeparatesTheFaceFromTheCircle) {
     EXPECT_FALSE(bore.centre().has_value());
     bore.add(2, 2, 15, -105);
     ASSERT_TRUE(bore.centre().has_value());
-    EXPECT_NEAR(bore.centre()->x, 2, 1e-9);
-    EXPECT_NEAR(bore.centre()->y, 5, 1e-9);
+    EXPECT_NEAR(bore.centre()->place.x(), 2, 1e-9);
+    EXPECT_NEAR(bore.centre()->place.y(), 5, 1e-9);
     bore.clear();
     EXPECT_FALSE(bore.has_circle() || bore.has_face());
     bore.add(3, 0, 0, 4);
