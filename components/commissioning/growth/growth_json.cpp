@@ -82,20 +82,14 @@ nlohmann::json axes_json(const GrowthAnalysis& test) {
 }
 
 // By the axis of the compensation and the axis of the drift.
-nlohmann::json cross_gains_json(const GrowthAnalysis& test) {
-    const CrossGains& cross = test.finding.cross;
+nlohmann::json differences_json(const GrowthAnalysis& test) {
     nlohmann::json j;
     for (std::size_t row = 0; row < 3; ++row)
-        for (std::size_t column = 0; column < 3; ++column) {
-            const auto r = static_cast<Eigen::Index>(row), c = static_cast<Eigen::Index>(column);
-            const bool drifts = cross.drifts[column];
-            const bool probed = test.off[row].probed && test.off[column].probed;
-            j[std::string(1, letters[row])][std::string(1, letters[column])] = {
-                {"value", drifts ? real(cross.gain(r, c)) : nullptr},
-                {"uncertainty", drifts ? real(cross.uncertainty(r, c)) : nullptr},
-                {"determined", cross.determined[column]},
-                {"difference_mm", probed ? real(cross.difference(r, c)) : nullptr}};
-        }
+        for (std::size_t column = 0; column < 3; ++column)
+            j[std::string(1, letters[row])][std::string(1, letters[column])] =
+                test.off[row].probed && test.off[column].probed
+                    ? real(test.finding.difference(static_cast<int>(row), static_cast<int>(column)))
+                    : nullptr;
     return j;
 }
 
@@ -105,8 +99,8 @@ nlohmann::json compensation_json(const GrowthAnalysis& test) {
         {"sentence", compensation_sentence(test)}, {"gain", test.finding.gain},
         {"gain_low", real(test.finding.gain_low)}, {"gain_high", real(test.finding.gain_high)},
         {"more_passes", test.finding.more_passes}, {"larger_drift_mm", test.finding.larger_drift}};
-    const CrossGains& cross = test.finding.cross;
-    if (cross.drifts[0] || cross.drifts[1] || cross.drifts[2]) j["cross_gains"] = cross_gains_json(test);
+    const auto& drifts = test.finding.drifts;
+    if (drifts[0] + drifts[1] + drifts[2] > 1) j["differences_mm"] = differences_json(test);
     return j;
 }
 

@@ -130,18 +130,16 @@ double squares_of(const AxisLaws& laws) {
     return sum;
 }
 
-// Each way to choose up to `most` sensors.
+// Each way to choose up to `most` sensors, of few at first.
 std::vector<std::vector<std::size_t>> choices(std::size_t sensors, std::size_t most) {
     std::vector<std::vector<std::size_t>> all{{}};
-    for (std::size_t begin = 0, size = 1; size <= std::min(most, sensors); ++size) {
-        const std::size_t end = all.size();
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t s = all[i].empty() ? 0 : all[i].back() + 1; s < sensors; ++s) {
-                all.push_back(all[i]);
-                all.back().push_back(s);
-            }
-        begin = end;
-    }
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t s = all[i].empty() ? 0 : all[i].back() + 1; s < sensors; ++s) {
+            if (all[i].size() == most) break;
+            std::vector<std::size_t> its = all[i];
+            its.push_back(s);
+            all.push_back(std::move(its));
+        }
     return all;
 }
 

@@ -165,14 +165,12 @@ def charts_of_gauges(gauges):
 def prepare(test):
     """Adds the fields of the template to the results of a test."""
     test["both"] = test["has_off"] and test["has_on"]
-    cross = test["compensation"].get("cross_gains", {})
-    test["cross"] = cross if sum(cell["value"] is not None for cell in cross.get("X", {}).values()) > 1 else None
     test["curves"] = [("%s, %s" % (letter, state), axis[state]["curve"]) for state in ("off", "on") for letter, axis in test["axes"].items() if axis[state] and axis[state]["curve"]]
     test["charts"] = charts_of(test) if matplotlib else []
 
 
 def nearest(cells):
-    return min(cells, key=lambda other: GAP if cells[other]["difference_mm"] is None else cells[other]["difference_mm"])
+    return min(cells, key=lambda other: GAP if cells[other] is None else cells[other])
 
 
 def main(folder):

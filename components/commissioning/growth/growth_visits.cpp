@@ -7,7 +7,8 @@
 #include <utility>
 
 #include "components/math/growth/bore_centre.hpp"
-#include "components/math/growth/pseudo_inverse.hpp"
+
+#include <Eigen/QR>
 
 namespace plumb::commissioning {
 
@@ -176,7 +177,7 @@ double compensation_rate(const Visits& visits, std::size_t begin, std::size_t en
             std::isfinite(from) ? from / 100 : 0;
         values[i] = visit.compensation[axis];
     }
-    return pseudo_inverse(terms).row(1).dot(values) / std::max(all, 1.0);
+    return terms.completeOrthogonalDecomposition().solve(values)[1] / std::max(all, 1.0);
 }
 
 }  // namespace

@@ -234,14 +234,14 @@ public:
     void clear() noexcept {
         records_.clear();
         rule_.clear();
-        rise_.clear();
         references_.clear();
         places_.clear();
         shapes_.fill({});
         touched_.clear();
         slips_.clear();
         slipped_ = false;
-        work_ = work_time_ = last_speed_ = 0;
+        work_.clear();
+        last_speed_ = 0;
         time_ = 0;
         pass_ = visits_ = touches_ = 0;
         sides_ = 0;
@@ -422,7 +422,7 @@ private:
         if (stop == Stop::none) return;
         write(Event::stop, static_cast<double>(stop), settings);
         if (stop == Stop::maximum_time) fail(Fault::not_stable, settings);
-        if (!rise_.reached(settings.least_rise, settings.stop.sensors)) fail(Fault::no_warm_up, settings);
+        if (!rule_.has_risen(settings.least_rise, settings.stop)) fail(Fault::no_warm_up, settings);
     }
 
     // Faults that a good visit ends.
@@ -478,8 +478,7 @@ private:
             case Kind::temperature: temperature(r); break;
             case Kind::event: event(r, settings); break;
             case Kind::speed:
-                work_ += r.x * (r.time - last_speed_);
-                work_time_ += r.time - last_speed_;
+                work_.step(r.x, 1e9, r.time - last_speed_);
                 last_speed_ = r.time;
                 break;
         }
@@ -503,8 +502,7 @@ private:
 
     void temperature(const Record& r) noexcept {
         if (r.item < 1 || r.item > StopRule::most_sensors) return;
-        rise_.take(static_cast<std::size_t>(r.item - 1), r.y != 0 ? r.x : NAN);
-        rule_.sample(r.time, rise_.now());
+        rule_.sample(r.time, static_cast<std::size_t>(r.item - 1), r.y != 0 ? r.x : NAN);
     }
 
     void event(const Record& r, const Settings& settings) noexcept {
@@ -559,16 +557,13 @@ private:
 
     void end_pass(const Record& r, const Settings& settings) noexcept {
         pass_open_ = false;
-        const double work = work_time_ > 0 ? work_ / work_time_ : NAN;
-        work_ = work_time_ = 0;
         // Below this the seat of the probe, which scatters from pass to pass, would look like a slip.
         const double least = std::max(settings.least_slip, 8 * settings.stop.uncertainty);
-        if (slips_.end_pass(r.time, work, least)) slipped_ = true;
+        if (slips_.end_pass(r.time, work_.take().value_or(NAN), least)) slipped_ = true;
     }
 
     std::vector<Record> records_;
     StopRule rule_;
-    TemperatureRise rise_;
     BoreReferences references_, places_;  // places_: with the compensation, in every state
     struct Shape {
         double oval = 0, radius = 0;  // mu
@@ -578,10 +573,11 @@ private:
         shapes_;  // of the first visits, by bore and orientation
     SlipWatch slips_;
     bool slipped_ = false;
-    double work_ = 0, work_time_ = 0, last_speed_ = 0;  // speed times time and time since the last pass; s
-    ProbedBore touched_;                                // in the last visit with a touch
-    std::array<double, 3> offsets_{};                   // sum over its touches, mu
-    int of_visit_ = 0;                                  // number of them
+    MeanOverTime work_;                // rpm, of the spindle, since the last pass
+    double last_speed_ = 0;            // s, time of its last record
+    ProbedBore touched_;               // in the last visit with a touch
+    std::array<double, 3> offsets_{};  // sum over its touches, mu
+    int of_visit_ = 0;                 // number of them
     Bore bore_;
     double time_ = 0;
     std::int32_t pass_ = 0, visits_ = 0, touches_ = 0;

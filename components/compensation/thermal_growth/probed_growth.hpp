@@ -6,7 +6,6 @@
 //     ProbedBore        the touches of one visit of a bore: its centre and face, or the fault
 //     BoreReferences    the deviation of a bore from its first pass
 //     SlipWatch         whether the whole artifact has slipped since the last pass
-//     TemperatureRise   how far the machine has warmed
 //     StopRule          whether it is warm: the test ends
 //     MeanOverTime      the speed of the spindle since the last sample
 #pragma once
@@ -100,18 +99,16 @@ public:
         deviations_.clear();
     }
 
-    // Temperatures at a time.
-    void sample(double time, const Temperatures& now) noexcept {
-        if (samples_.empty() || time > samples_.back().time) samples_.push_back({time, now});
-        samples_.back().value = now;
+    // A temperature of a sensor at a time; not a number if it is invalid.
+    void sample(double time, std::size_t sensor, double temperature) noexcept {
+        if (samples_.empty()) samples_.push_back({time, unknown_temperatures()});
+        if (time > samples_.back().time) samples_.push_back({time, samples_.back().value});
+        samples_.back().value[sensor] = temperature;
     }
 
     // A cycle of the machine ends: the temperatures of now are those of this cycle.
     void cycle_ends(double time) noexcept {
-        Sample end{time, {}};
-        end.value.fill(NAN);
-        if (!samples_.empty()) end.value = samples_.back().value;
-        ends_.push_back(end);
+        ends_.push_back({time, samples_.empty() ? unknown_temperatures() : samples_.back().value});
     }
 
     // Largest change of a sensor within the interval, in K; infinite while it is unknown. A machine that
@@ -124,6 +121,21 @@ public:
             return its.time <= then + 1e-6 * settings.interval;
         });
         return before == all.rend() ? unknown : largest(all.back().value, before->value, settings.sensors);
+    }
+
+    // Whether a chosen sensor has risen by `least`, K, since its first value; true if none had a value.
+    bool has_risen(double least, const Settings& settings) const noexcept {
+        bool any = false;
+        for (std::size_t i = 0; i < most_sensors; ++i) {
+            double first = NAN;
+            for (const Sample& its : samples_) {
+                if ((settings.sensors >> i & 1U) == 0 || !std::isfinite(its.value[i])) continue;
+                if (std::isnan(first)) first = its.value[i];
+                any = true;
+                if (its.value[i] - first >= least) return true;
+            }
+        }
+        return !any;
     }
 
     // The deviation number `index` at a time, in mu. Those of one pass come together.
@@ -188,6 +200,12 @@ private:
         bool spans = false;
         Range first, last;
     };
+
+    static Temperatures unknown_temperatures() noexcept {
+        Temperatures all{};
+        all.fill(NAN);
+        return all;
+    }
 
     static double largest(const Temperatures& now, const Temperatures& then, std::uint32_t sensors) noexcept {
         double most = -1;
@@ -323,42 +341,6 @@ private:
     std::array<Side, BoreTouches::most> sides_{};
     double face_ = 0, face_low_ = 0, face_high_ = 0;
     int faces_ = 0;
-};
-
-// The temperatures of sensors, and how far each has risen since its first valid one. In degC.
-class TemperatureRise {
-public:
-    void clear() noexcept { *this = TemperatureRise{}; }
-
-    // A temperature of a sensor; not a number if it is invalid.
-    void take(std::size_t sensor, double temperature) noexcept {
-        now_[sensor] = temperature;
-        if (!std::isfinite(temperature)) return;
-        if (!std::isfinite(first_[sensor])) first_[sensor] = temperature;
-        highest_[sensor] = std::max(highest_[sensor], temperature);
-    }
-
-    const StopRule::Temperatures& now() const noexcept { return now_; }
-
-    // Whether one of these sensors, a bit each, has risen by `least`; true if none was valid.
-    bool reached(double least, std::uint32_t sensors) const noexcept {
-        bool any = false;
-        for (std::size_t i = 0; i < first_.size(); ++i) {
-            if ((sensors >> i & 1U) == 0 || !std::isfinite(first_[i])) continue;
-            any = true;
-            if (highest_[i] - first_[i] >= least) return true;
-        }
-        return !any;
-    }
-
-private:
-    static StopRule::Temperatures all(double value) noexcept {
-        StopRule::Temperatures result{};
-        result.fill(value);
-        return result;
-    }
-
-    StopRule::Temperatures first_ = all(NAN), highest_ = all(-HUGE_VAL), now_ = all(NAN);
 };
 
 // Finds a slip of the whole artifact on its table between two passes. Growth moves the spindle against the

@@ -31,8 +31,7 @@ CompensationGain compensation_gain(const Eigen::VectorXd& off, const Eigen::Vect
 const char* sentence(CompensationFault fault) {
     switch (fault) {
         case CompensationFault::none: return "The compensation removes the drift.";
-        case CompensationFault::undetermined:
-            return "The compensation is not determined.";
+        case CompensationFault::undetermined: return "The compensation is not determined.";
         case CompensationFault::absent:
             return "The compensation does nothing. If a sensor that is not logged were frozen, this would "
                    "look the same.";
@@ -58,9 +57,9 @@ namespace {
 constexpr double weak = 0.9, strong = 1.15;  // gains between these are good
 constexpr Eigen::Index fewest_passes = 4;
 constexpr int most_passes = 50;  // that are worth a wait
-constexpr double still = 0.02;  // K, less than the noise of a sensor that works
-constexpr double warmed = 1;    // K, a machine that has warmed
-constexpr double apart = 1.5;   // K, between sensors of a machine that is cold throughout
+constexpr double still = 0.02;   // K, less than the noise of a sensor that works
+constexpr double warmed = 1;     // K, a machine that has warmed
+constexpr double apart = 1.5;    // K, between sensors of a machine that is cold throughout
 
 double range(const Eigen::VectorXd& values) {
     return values.maxCoeff() - values.minCoeff();
@@ -112,7 +111,10 @@ public:
             return finding_;
         }
         finding_.gain = common_ / drifts_;
-        finding_.cross = cross_gains(record_, finding_.drifts);
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                finding_.difference(row, column) =
+                    (compensation_.col(row) - drift_.col(column)).norm() / std::sqrt(passes_ - 1);
         gain_rest_ = (compensation_ - finding_.gain * drift_).squaredNorm();
         const bool particular = swaps_sensors() || does_nothing() || has_wrong_sign() || swaps_axes() ||
                                 has_sensor_offset() || has_frozen_sensor();
@@ -138,8 +140,9 @@ private:
 
     double least_drift() const { return std::max(6 * record_.uncertainty, 0.003 / record_.millimetres); }
 
-    // Of 1 / gain, if the machine were probed so many times more as warm as in the last pass. The compensation is known;
-    // the drift of each pass has its own error, and all passes of an axis share the error of the reference.
+    // Of 1 / gain, if the machine were probed so many times more as warm as in the last pass. The
+    // compensation is known; the drift of each pass has its own error, and all passes of an axis share the
+    // error of the reference.
     double inverse_sigma(int more) const {
         double squares = 0, shared = 0;
         for (int axis = 0; axis < 3; ++axis) {
@@ -194,35 +197,26 @@ private:
                found(CompensationFault::wrong_sign);
     }
 
-    bool swaps_axes() { return swaps_axes_by_rest() || swaps_axes_by_cross_gains(); }
-
-    bool swaps_axes_by_rest() {
+    // The swapped axes may be too weak or too strong, too.
+    bool swaps_axes() {
         bool any = false;
         double best = 0.6 * std::min(rest_, gain_rest_);  // a swap has to be better than a plain factor
         for (int a = 0; a < 3; ++a)
             for (int b = a + 1; b < 3; ++b) {
                 Eigen::MatrixX3d swapped = drift_;
                 swapped.col(a).swap(swapped.col(b));
+                const double gain =
+                    (swapped.col(a).dot(compensation_.col(a)) + swapped.col(b).dot(compensation_.col(b))) /
+                    (swapped.col(a).squaredNorm() + swapped.col(b).squaredNorm());
+                if (!(gain > 0.3 && gain < 1.7)) continue;
+                swapped.col(a) *= gain;
+                swapped.col(b) *= gain;
                 const double rest = (swapped - compensation_).squaredNorm();
                 if (!explains(rest) || rest >= best) continue;
                 best = rest;
                 any = found_axes(a, b);
             }
         return any;
-    }
-
-    bool swaps_axes_by_cross_gains() {
-        for (int a = 0; a < 3; ++a) {
-            bool any = false;
-            for (int b = a + 1; b < 3; ++b) {
-                std::array<bool, 3> both{};
-                both[static_cast<std::size_t>(a)] = finding_.drifts[static_cast<std::size_t>(a)];
-                both[static_cast<std::size_t>(b)] = finding_.drifts[static_cast<std::size_t>(b)];
-                if (cross_gains(record_, both).swapped(a, b)) any = found_axes(a, b);
-            }
-            if (any) return true;
-        }
-        return false;
     }
 
     bool has_sensor_offset() {
@@ -239,7 +233,8 @@ private:
         return frozen_ >= 0 && finding_.gain < weak && found(CompensationFault::frozen_sensor, frozen_);
     }
 
-    // The fault of a compensation by its gain. 1 / gain has a normal error, so the limits are computed for it.
+    // The fault of a compensation by its gain. 1 / gain has a normal error, so the limits are computed for
+    // it.
     CompensationFault by_factor() {
         if (gain_rest_ > 0.12 * drifts_ + noise_) return CompensationFault::other;
         const double inverse = common_ / wanted_, room = 2 * inverse_sigma(0);
@@ -248,8 +243,10 @@ private:
         finding_.gain = 1 / inverse;
         finding_.gain_low = 1 / (inverse + room);
         finding_.gain_high = inverse > room ? 1 / (inverse - room) : HUGE_VAL;
-        if (finding_.gain < weak) return inverse - room > 1 ? CompensationFault::too_weak : needs(inverse - 1);
-        if (finding_.gain > strong) return inverse + room < 1 ? CompensationFault::too_strong : needs(1 - inverse);
+        if (finding_.gain < weak)
+            return inverse - room > 1 ? CompensationFault::too_weak : needs(inverse - 1);
+        if (finding_.gain > strong)
+            return inverse + room < 1 ? CompensationFault::too_strong : needs(1 - inverse);
         const double away = std::min(inverse - 1 / strongest_good_gain, 1 / weakest_good_gain - inverse);
         if (room > away) return needs(away);
         return rest_ > 0.03 * drifts_ + noise_ ? CompensationFault::other : CompensationFault::none;

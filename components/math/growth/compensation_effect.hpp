@@ -32,25 +32,6 @@ struct SwappedSensors {
 // pass.
 SwappedSensors swapped_sensors(const CompensationRecord& record, const Eigen::MatrixX3d& c);
 
-// Which axis a compensation displaces for the drift of which axis: c = G d + noise, over all passes.
-struct CrossGains {
-    Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();  // row: axis of the compensation; column: of the drift
-    Eigen::Matrix3d uncertainty = Eigen::Matrix3d::Zero();  // standard
-    // mu rms over the passes, of c in the row's axis minus d in the column's: a good compensation has its
-    // smallest on the diagonal, also where the gains are not determined.
-    Eigen::Matrix3d difference = Eigen::Matrix3d::Zero();
-    std::array<bool, 3> drifts{};      // columns with a drift; the others are 0
-    std::array<bool, 3> determined{};  // columns that the drifts of the other axes do not imitate
-
-    // The compensation of axis a follows the drift of axis b, and that of b the drift of a.
-    bool swapped(int a, int b) const;
-};
-
-// By least squares, for the axes that drift (`drifts`). Both sides are uncertain; the first pass is the
-// reference of all. A column is determined if each of its gains has an uncertainty below 0.25. Three axes
-// that two sources of heat displace are not; two of them alone may be.
-CrossGains cross_gains(const CompensationRecord& record, const std::array<bool, 3>& drifts);
-
 // How much of a drift a compensation removes along one axis.
 struct CompensationGain {
     double gain = 0;           // 0 not applied, 1 perfect, -1 wrong sign, above 1 too much
@@ -91,11 +72,12 @@ struct CompensationFinding {
     // enough).
     int more_passes = 0;
     double larger_drift = 0;
-    CrossGains cross;
+    // mu rms over the passes, of the compensation in the row's axis minus the drift in the column's: a good
+    // compensation has its smallest on the diagonal.
+    Eigen::Matrix3d difference = Eigen::Matrix3d::Zero();
 };
 
-// Names the fault that explains the record best. Swapped axes are named by their residual, or by the cross
-// gains where the drifts of the axes differ enough. A compensation that is absent and one whose sensor is
+// Names the fault that explains the record best. A compensation that is absent and one whose sensor is
 // frozen differ only where that sensor is logged. Sensors that nobody uses have no effect, and are not named
 // unless the compensation fails.
 CompensationFinding judged_compensation(const CompensationRecord& record);

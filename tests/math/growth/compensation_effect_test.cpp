@@ -131,8 +131,8 @@ void expect_named(CompensationFault expected, const Spoil& spoil) {
 TEST(JudgedCompensation, CallsAGoodOneGood) {
     expect_named(CompensationFault::none, [](Machine&) {});
 }
-// A machine that drifts by 30 um along Z in eight passes, or in more, the further ones as warm as the eighth. Each
-// pass and the reference have the uncertainty s.
+// A machine that drifts by 30 um along Z in eight passes, or in more, the further ones as warm as the eighth.
+// Each pass and the reference have the uncertainty s.
 CompensationRecord of_30_um(int seed, double gain, double s, int more_passes = 0, double scale = 1) {
     constexpr int passes = 8;
     Random random(static_cast<std::uint64_t>(seed), 8);
@@ -158,7 +158,8 @@ int called_good(double gain, double s, int tests) {
 TEST(JudgedCompensation, CallsAWeakOrAStrongOneGoodInOneOf40AtMostHoweverUncertainItIs) {
     constexpr int tests = 4000;
     for (const double s : {0.5, 1.0, 1.5, 2.0, 3.0})
-        for (const double gain : {0.8, 1.25}) EXPECT_LE(called_good(gain, s * um, tests), tests / 40) << gain << ' ' << s;
+        for (const double gain : {0.8, 1.25})
+            EXPECT_LE(called_good(gain, s * um, tests), tests / 40) << gain << ' ' << s;
 }
 TEST(JudgedCompensation, CallsAPerfectOneGoodWhereItsUncertaintyIsWellWithinTheLimits) {
     constexpr int tests = 400;
@@ -187,12 +188,13 @@ TEST(JudgedCompensation, CallsASmallOneOfTheWrongSignTooWeak) {
         EXPECT_LT(found.gain, 0);
     }
 }
-// If the next passes show the gain of the passes so far, the compensation is determined with as many as the finding
-// says, and not with one less; and so with the drift that it says.
+// If the next passes show the gain of the passes so far, the compensation is determined with as many as the
+// finding says, and not with one less; and so with the drift that it says.
 TEST(JudgedCompensation, SaysWhatWouldDetermineIt) {
     int by_passes = 0, by_drift = 0, none = 0;
     const auto judged = [](double gain, double s, int more, double scale) {
-        CompensationRecord record = of_30_um(1, gain, 0, more, scale);  // the noise is known, and happens to be 0
+        CompensationRecord record =
+            of_30_um(1, gain, 0, more, scale);  // the noise is known, and happens to be 0
         record.uncertainty = std::sqrt(2.0) * s;
         return judged_compensation(record);
     };
@@ -203,7 +205,8 @@ TEST(JudgedCompensation, SaysWhatWouldDetermineIt) {
             if (found.more_passes > 0) {
                 ++by_passes;
                 EXPECT_NE(judged(gain, s * um, found.more_passes, 1).fault, CompensationFault::undetermined);
-                EXPECT_EQ(judged(gain, s * um, found.more_passes - 1, 1).fault, CompensationFault::undetermined);
+                EXPECT_EQ(judged(gain, s * um, found.more_passes - 1, 1).fault,
+                          CompensationFault::undetermined);
             } else {
                 ++none;
                 EXPECT_EQ(judged(gain, s * um, 50, 1).fault, CompensationFault::undetermined);
@@ -234,7 +237,6 @@ TEST(JudgedCompensation, NamesSwappedAxes) {
     expect_named(CompensationFault::swapped_axes,
                  [](Machine& its) { its.record.compensation.col(1).swap(its.record.compensation.col(2)); });
 }
-// It is more than a plain swap: the cross gains of the two axes show it.
 TEST(JudgedCompensation, NamesSwappedAxesWhoseCompensationIsTooWeakToo) {
     CompensationRecord record;
     record.uncertainty = 0.3 * um;
@@ -299,7 +301,8 @@ TEST(JudgedCompensation, ThreePassesAndAStillMachineAreNotJudged) {
     EXPECT_EQ(judged_compensation(few).more_passes, 1);
     machine.record.drift *= 0.02;
     EXPECT_EQ(machine.judged(), CompensationFault::undetermined);
-    EXPECT_NEAR(judged_compensation(machine.record).larger_drift, std::max(6 * machine.record.uncertainty, 3 * um), 1e-9);
+    EXPECT_NEAR(judged_compensation(machine.record).larger_drift,
+                std::max(6 * machine.record.uncertainty, 3 * um), 1e-9);
 }
 
 TEST(CompensationFault, EachHasASentence) {

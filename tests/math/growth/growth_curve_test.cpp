@@ -249,11 +249,8 @@ struct Stop : testing::Test {
     double stopped(Temperature temperature, Drift drift, double pass = hour / 2) {
         double next = 0;
         for (double t = 0; t <= 21 * hour; t += 60) {
-            StopRule::Temperatures now;
-            now.fill(NAN);
-            now[0] = temperature(t);
-            now[1] = 20;
-            rule.sample(t, now);
+            rule.sample(t, 0, temperature(t));
+            rule.sample(t, 1, 20);
             if (t >= next) {
                 next += pass;
                 rule.deviation(t, 2, drift(t));
@@ -335,9 +332,7 @@ TEST_F(Stop, LostSensorDecidesNothing) {
 
 TEST_F(Stop, WithoutADeviationTheSecondRuleNeverHolds) {
     for (double t = 0; t <= 10 * hour; t += 60) {
-        StopRule::Temperatures now;
-        now.fill(20);
-        rule.sample(t, now);
+        for (const std::size_t sensor : {0, 1}) rule.sample(t, sensor, 20);
     }
     EXPECT_EQ(rule.reason(10 * hour, settings), StopReason::none);
     settings.by_displacement = false;
