@@ -20,6 +20,8 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double harmless = 0.005;  // mm, as axis_growth has it unless it is set
+
 std::string line(const std::string& pin, double value) {
     char text[120];
     std::snprintf(text, sizeof text, "setp %-30s %.6g\n", ("axis-growth." + pin).c_str(), value);
@@ -47,9 +49,10 @@ std::string GrowthIdentified::sentence(int axis) const {
     else
         std::snprintf(text, sizeof text,
                       "%c: drift %.1f um rms; the law leaves %.1f um of %s that it did not see, and no law "
-                      "%.1f um",
+                      "%.1f um%s",
                       letter, its.drift * 1e3, its.predicted_rest * 1e3,
-                      days > 1 ? "days" : "parts of the test", its.none_rest * 1e3);
+                      days > 1 ? "days" : "parts of the test", its.none_rest * 1e3,
+                      its.predicted_rest > harmless ? "; more than harmless, 5 um" : "");
     return text;
 }
 

@@ -94,7 +94,8 @@ compare.
 
 The program cuts the test into five parts, and predicts each later part by the law of the parts before. It uses a line over one
 temperature if this line predicts better than no law, and a law of more terms if this law predicts much better than both. The comments
-state the error of the law and the error of no law in these parts. If no temperature predicts the growth of an axis, the program does
+state the error of the law and the error of no law in these parts, and whether the error of the law exceeds the 5 um that axis_growth(9)
+calls harmless. If no temperature predicts the growth of an axis, the program does
 not compensate the axis, and the comment says so.)"},
          {"PLAN",
           R"(plumb growth plan --hours 4 offers the course of a growth test that separates the terms of the law of axis_growth:
