@@ -9,6 +9,7 @@ import unittest
 
 import plumb
 from screen import Finger, Screen
+from support.growth_tests import PLAN, run_test
 from tree import BUILD, ROOT, own_folder
 
 LINES = (
@@ -201,6 +202,23 @@ class Window(unittest.TestCase):
         finger.until(lambda: os.path.exists(path), "the file")
         with open(path, encoding="ascii") as file, open(os.path.join(ROOT, "configs", "growth", "growth_plan.ngc"), encoding="ascii") as shipped:
             self.assertEqual(file.read(), shipped.read())
+
+    def test_plan_and_report_of_the_last_log_are_made_by_the_finger(self):
+        logs = os.path.join(self.folder, "logs")
+        os.mkdir(logs)
+        run_test(logs, 3, plan=PLAN)
+        self.host.command("loadrt thermal_growth_test names=test interlock=no")
+        finger = self.panel()
+        finger.press("Growth test")
+        finger.press("Plan 2 h")
+        finger.await_text("For the machine of growth-3.csv.")
+        finger.press("Make and open the report")
+        finger.await_text("The report of growth-3.csv is %s." % os.path.join(self.folder, "report", "report.html"))
+        with open(os.path.join(self.folder, "report", "report.html"), encoding="utf-8") as page:
+            self.assertIn("simulated 3", page.read())
+        os.rename(logs, logs + "-gone")
+        finger.press("Make and open the report")
+        finger.await_text(logs + ": ")  # where it looked
 
     def test_a_shift_of_contacts_is_answered_by_the_finger(self):
         not_growth, growth = (self.host.expect("given == 0", given="growth.shift-is-" + answer) for answer in ("not-growth", "growth"))
