@@ -60,12 +60,6 @@ void compare_orientations(GrowthAnalysis& analysis) {
     }
 }
 
-std::vector<GrowthPoint> GrowthSeries::all() const {
-    std::vector<GrowthPoint> both = points;
-    both.insert(both.end(), cool_down.begin(), cool_down.end());
-    return both;
-}
-
 std::string GrowthSeries::name() const {
     return (sphere ? "sphere " : "bore ") + std::to_string(bore) + (turned ? ", 180\u00b0" : ", 0\u00b0");
 }

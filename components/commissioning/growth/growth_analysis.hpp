@@ -4,8 +4,7 @@
 
 #include "components/commissioning/growth/artifact_expansion.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
-#include "components/commissioning/growth/growth_practice.hpp"
-#include "components/commissioning/growth/probe_drift.hpp"
+#include "components/commissioning/growth/growth_visits.hpp"
 #include "components/compensation/thermal_growth/growth_codes.hpp"
 #include "components/io/files/growth_log_file.hpp"
 #include "components/math/growth/compensation_effect.hpp"
@@ -41,7 +40,6 @@ struct GrowthSeries {
     std::vector<GrowthPoint> points;     // of the machine that warms
     std::vector<GrowthPoint> cool_down;  // after the stop, with the machine at rest
 
-    std::vector<GrowthPoint> all() const;
     std::string name() const;
 };
 
@@ -76,6 +74,42 @@ struct GrowthBudget {
 struct GrowthSlip {
     int pass = 0;
     double size = 0;  // mm
+};
+
+// Whether the probe itself changed in the test: by the diameter of each bore, which a machine that grows does
+// not change.
+struct ProbeDrift {
+    struct Pass {
+        int number = 0;
+        double time = 0;    // s
+        double change = 0;  // mm, of the diameters since the first pass; the mean over the bores
+    };
+    std::vector<Pass> passes;  // from the second one on; empty if no circle was probed twice
+    double sigma = 0;          // mm, standard, of the least certain change
+
+    double largest() const;
+    bool seen() const { return std::abs(largest()) > 3 * sigma; }
+};
+
+// What ISO 230-3 asks for beside the growth of the machine that works: its cool-down, the ends of the travel
+// of each axis, and the environment alone. Lengths are millimetres.
+struct GrowthPractice {
+    // One axis, in the mean over the bores, in the state that decides when the machine is warm.
+    struct CoolDown {
+        double warm = 0, left = 0;  // deviation in the last warm pass, and in the last pass of all
+        double rate = 0;            // largest, mm/h
+    };
+    struct Ends {
+        int low = 0, high = 0;                // bores with the least and the largest place along the axis
+        double distance = 0;                  // between them
+        double at_low = 0, at_high = 0;       // deviation in the last warm pass
+        double strain = 0, strain_sigma = 0;  // of the axis, mm in a mm; standard
+    };
+    double cooled_for = 0;  // s, between the last warm pass and the last one; 0: no cool-down was recorded
+    std::array<std::optional<CoolDown>, 3> cool_down;
+    std::array<std::optional<Ends>, 3> ends;
+    // By sensor: the range of its temperature over the test, K.
+    std::vector<std::pair<std::string, double>> ranges;
 };
 
 struct GrowthAnalysis {

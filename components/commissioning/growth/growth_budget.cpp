@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "components/commissioning/growth/growth_steps.hpp"
 
@@ -43,19 +45,49 @@ double lever(const std::vector<GrowthVisit>& visits, int axis) {
     return largest;
 }
 
+// `touch`: the standard uncertainty of a touch, mm. The expansion of the artifact has been taken out of the
+// diameters if it is known.
+ProbeDrift probe_drift(const std::vector<GrowthVisit>& visits, double touch) {
+    struct Sum {
+        double change = 0, time = 0, count = 0;
+    };
+    std::map<GrowthVisit::Key, std::pair<double, double>>
+        first;  // sum of the diameters in the first pass, and their number
+    for (const GrowthVisit& visit : visits)
+        if (visit.checked && visit.pass == visits.front().pass)
+            first[visit.key()].first += visit.diameter, ++first[visit.key()].second;
+    std::map<int, Sum> later;
+    for (const GrowthVisit& visit : visits) {
+        const auto reference = first.find(visit.key());
+        if (!visit.checked || visit.pass == visits.front().pass || reference == first.end()) continue;
+        Sum& its = later[visit.pass];
+        its.change += visit.diameter - reference->second.first / reference->second.second;
+        its.time += visit.time;
+        ++its.count;
+    }
+    ProbeDrift found;
+    for (const auto& [pass, its] : later) {
+        found.passes.push_back({pass, its.time / its.count, its.change / its.count});
+        // A circle of four touches has a diameter as certain as one touch; the first pass has it once more.
+        found.sigma = std::max(found.sigma, touch * std::sqrt(2 / its.count));
+    }
+    return found;
+}
+
 }  // namespace
 
+double ProbeDrift::largest() const {
+    double found = 0;
+    for (const Pass& pass : passes)
+        if (std::abs(pass.change) > std::abs(found)) found = pass.change;
+    return found;
+}
+
 std::optional<GrowthCurve> curve_of(const GrowthMeans& means, int axis, int part) {
-    std::vector<double> t, y;
-    for (std::size_t i = 0; i < means.pass.size(); ++i) {
-        if (means.part[i] != part) continue;
-        t.push_back(means.time[i]);
-        y.push_back(means.deviation[i][axis]);
-    }
-    const auto as_vector = [](const std::vector<double>& values) {
-        return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    };
-    return fit_growth_curve(as_vector(t), as_vector(y), usual_seat);
+    GrowthSamples samples;
+    for (std::size_t i = 0; i < means.pass.size(); ++i)
+        if (means.part[i] == part) samples.emplace_back(means.time[i], means.deviation[i][axis]);
+    return curve_of(samples, usual_seat);
 }
 
 void make_budgets(GrowthAnalysis& analysis, const std::vector<GrowthVisit>& visits) {

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <string_view>
+#include <tuple>
 
 #include <boost/algorithm/string.hpp>
 
@@ -195,6 +196,13 @@ std::pair<double, double> range_of(const GrowthSamples& samples) {
     const auto [low, high] = std::minmax_element(
         samples.begin(), samples.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     return {low->second, high->second};
+}
+
+std::optional<GrowthCurve> curve_of(const GrowthSamples& samples, double expected_noise) {
+    Eigen::VectorXd t(samples.size()), y(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        std::tie(t[static_cast<Eigen::Index>(i)], y[static_cast<Eigen::Index>(i)]) = samples[i];
+    return fit_growth_curve(t, y, expected_noise);
 }
 
 GrowthCourse course_of(const GrowthLog& log) {

@@ -4,11 +4,13 @@
 #pragma once
 
 #include "components/io/files/growth_log_file.hpp"
+#include "components/math/growth/growth_curve.hpp"
 
 #include <Eigen/Core>
 
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,7 +36,7 @@ struct GrowthCourse {
     };
 
     std::string file, machine, begun;
-    std::string taken;  // how the columns of a table were read; "" of a log
+    std::string taken;            // how the columns of a table were read; "" of a log
     double millimetres = 1;       // in a machine unit
     bool places = false;          // the values are positions of the axes
     bool expansion_out = false;   // the artifact's own expansion has been taken out
@@ -48,13 +50,17 @@ double value_at(const GrowthSamples& samples, double time);
 // Lowest and highest value.
 std::pair<double, double> range_of(const GrowthSamples& samples);
 
+// See fit_growth_curve().
+std::optional<GrowthCurve> curve_of(const GrowthSamples& samples, double expected_noise = 0);
+
 GrowthCourse course_of(const GrowthLog& log);
 
 // A table of gauges: a time, the spindle speed (S, rpm or speed, or a unit such as rpm), temperatures (T1,
-// Temp bearing, or a unit such as degC), and growth (X, Y, Z; X1, Y1 at the end of a mandrel, X2, Y2 nearer to the
-// spindle). `heads` are read instead of others, such as "ch2" as "Z (um)". Throws std::runtime_error with
-// file, line and reason; a unit that decides and is not stated is a reason.
-GrowthCourse read_growth_course(const std::string& file, const std::map<std::string, std::string>& heads = {});
+// Temp bearing, or a unit such as degC), and growth (X, Y, Z; X1, Y1 at the end of a mandrel, X2, Y2 nearer
+// to the spindle). `heads` are read instead of others, such as "ch2" as "Z (um)". Throws std::runtime_error
+// with file, line and reason; a unit that decides and is not stated is a reason.
+GrowthCourse read_growth_course(const std::string& file,
+                                const std::map<std::string, std::string>& heads = {});
 
 // Whether the file begins as a log of thermal_growth_test does; otherwise it is a course.
 bool is_growth_log(const std::string& file);

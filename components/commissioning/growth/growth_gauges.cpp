@@ -21,20 +21,15 @@ constexpr double settled = 0.15;          // change in the last hour, of that in
 constexpr std::size_t most_fitted = 150;  // values
 
 double at(const Quantity& its, double time) {
-    const auto next = std::lower_bound(its.time.begin(), its.time.end(), time);
-    if (next == its.time.end()) return none;
-    const auto i = static_cast<std::size_t>(next - its.time.begin());
-    if (i == 0 || its.time[i] == time) return its.value[i];
-    const double share = (time - its.time[i - 1]) / (its.time[i] - its.time[i - 1]);
-    return (1 - share) * its.value[i - 1] + share * its.value[i];
+    return time > its.samples.back().first ? none : value_at(its.samples, time);
 }
 
 double range_in(const Quantity& its, double from, double to) {
     double low = HUGE_VAL, high = -HUGE_VAL;
-    for (std::size_t i = 0; i < its.time.size(); ++i) {
-        if (its.time[i] < from || its.time[i] > to) continue;
-        low = std::min(low, its.value[i]);
-        high = std::max(high, its.value[i]);
+    for (const auto& [time, value] : its.samples) {
+        if (time < from || time > to) continue;
+        low = std::min(low, value);
+        high = std::max(high, value);
     }
     return std::max(0.0, high - low);
 }
@@ -42,27 +37,23 @@ double range_in(const Quantity& its, double from, double to) {
 // The largest change in a quarter of an hour, per h.
 double rate_in(const Quantity& its, double from, double to) {
     double largest = 0;
-    for (const double end : its.time) {
+    for (const auto& [end, value] : its.samples) {
         if (end - quarter < from || end > to) continue;
-        const double rate = (at(its, end) - at(its, end - quarter)) / quarter * hour;
+        const double rate = (value - at(its, end - quarter)) / quarter * hour;
         if (std::abs(rate) > std::abs(largest)) largest = rate;
     }
     return largest;
 }
 
 std::optional<GrowthCurve> curve_in(const Quantity& its, double from, double to) {
-    std::vector<double> t, y;
+    GrowthSamples fitted;
     double next = from;
-    for (std::size_t i = 0; i < its.time.size(); ++i) {
-        if (its.time[i] < next || its.time[i] > to) continue;
-        t.push_back(its.time[i]);
-        y.push_back(its.value[i]);
-        next = its.time[i] + (to - from) / static_cast<double>(most_fitted);
+    for (const auto& [time, value] : its.samples) {
+        if (time < next || time > to) continue;
+        fitted.emplace_back(time, value);
+        next = time + (to - from) / static_cast<double>(most_fitted);
     }
-    const auto as_vector = [](const std::vector<double>& values) {
-        return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    };
-    return fit_growth_curve(as_vector(t), as_vector(y));
+    return curve_of(fitted);
 }
 
 template <class Value>
@@ -77,8 +68,7 @@ Quantity series(const GrowthCourse& course, const std::string& name, const std::
         const double value = value_of(each);
         if (!std::isfinite(value)) continue;
         if (!std::isfinite(first)) first = value;
-        its.time.push_back(each.time - begin);
-        its.value.push_back(value - first);
+        its.samples.emplace_back(each.time - begin, value - first);
     }
     return its;
 }
@@ -87,10 +77,10 @@ void measure(Quantity& its, const GrowthGauges& test) {
     const double end = test.environment ? test.length : test.warmed;
     its.at_1_hour = end >= hour ? at(its, hour) : none;
     its.at_4_hours = end >= 4 * hour ? at(its, 4 * hour) : none;
-    its.warm = at(its, std::min(end, its.time.back()));
+    its.warm = at(its, std::min(end, its.samples.back().first));
     its.range = range_in(its, 0, end);
     its.rate = rate_in(its, 0, end);
-    its.left = its.value.back();
+    its.left = its.samples.back().second;
     its.cooling_rate = rate_in(its, test.warmed, test.length);
     its.curve = curve_in(its, 0, end);
     its.expanded = its.curve ? 2 * std::sqrt(2.0) * its.curve->noise : none;
@@ -154,7 +144,7 @@ GrowthGauges growth_gauges(const GrowthCourse& course, double distance) {
     for (int axis = 0; axis < 3; ++axis) {
         Quantity its = series(course, std::string(1, "XYZ"[axis]), "um",
                               [&](const GrowthCourse::Value& value) { return value.place[axis] * 1e3; });
-        if (!its.time.empty()) test.quantities.push_back(std::move(its));
+        if (!its.samples.empty()) test.quantities.push_back(std::move(its));
     }
     // About Y, X rises with Z; about X, Y falls with Z.
     for (int axis = 1; axis >= 0 && distance > 0; --axis) {
@@ -163,7 +153,7 @@ GrowthGauges growth_gauges(const GrowthCourse& course, double distance) {
                    [&](const GrowthCourse::Value& value) {
                        return (axis == 0 ? 1 : -1) * (value.upper[axis] - value.place[axis]) / distance * 1e6;
                    });
-        if (!its.time.empty()) test.quantities.push_back(std::move(its));
+        if (!its.samples.empty()) test.quantities.push_back(std::move(its));
     }
     find_spindle(course, test);
     for (Quantity& its : test.quantities) measure(its, test);

@@ -17,8 +17,8 @@ namespace plumb::commissioning {
 struct GrowthGauges {
     // A displacement along an axis, or a tilt about one.
     struct Quantity {
-        std::string name, unit;           // "um", "um/m"
-        std::vector<double> time, value;  // s since the first value; of this unit, from the first value on
+        std::string name, unit;  // "um", "um/m"
+        GrowthSamples samples;   // s since the first value; of this unit, from the first value on
         double at_1_hour = 0, at_4_hours = 0;  // not a number if the spindle did not turn so long
         double warm = 0, range = 0;  // in the end, and range, while the spindle turned or, in a test of
                                      // the environment, in all

@@ -7,16 +7,12 @@
 #include <sstream>
 
 #include "components/commissioning/growth/growth_gauges.hpp"
-#include "components/commissioning/growth/growth_words.hpp"
+#include "components/commissioning/growth/growth_report.hpp"
 
 namespace plumb::commissioning {
 namespace {
 
 using Quantity = GrowthGauges::Quantity;
-
-nlohmann::json real(double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
 
 struct Column {
     const char *title, *key;  // of the JSON
@@ -36,7 +32,8 @@ std::vector<Column> columns_of(const GrowthGauges& test) {
                             {"U", "expanded", [](const Quantity& its) { return its.expanded; }}};
     if (test.cooled > 0) {
         all.push_back({"after rest", "left", [](const Quantity& its) { return its.left; }});
-        all.push_back({"its rate", "cooling_rate_per_h", [](const Quantity& its) { return its.cooling_rate; }});
+        all.push_back(
+            {"its rate", "cooling_rate_per_h", [](const Quantity& its) { return its.cooling_rate; }});
     }
     return all;
 }
@@ -101,33 +98,33 @@ std::string GrowthGauges::text() const {
 
 nlohmann::json GrowthGauges::json(const GrowthCourse& course) const {
     nlohmann::json all{
-        {"file", file},       {"taken", taken},     {"clause", clause()}, {"environment", environment},
-        {"length_s", length}, {"warmed_s", warmed}, {"cooled_s", cooled}, {"interval_s", interval},
+        {"file", file},       {"taken", taken},       {"clause", clause()}, {"environment", environment},
+        {"length_s", length}, {"warmed_s", warmed},   {"cooled_s", cooled}, {"interval_s", interval},
         {"missing", missing}, {"times", times(*this)}};
     for (const Column& column : columns_of(*this))
         all["columns"].push_back({{"title", column.title}, {"key", column.key}});
     for (const Quantity& its : quantities) {
         nlohmann::json& j = all["quantities"][its.name];
         j = {{"unit", its.unit},
-             {"at_1_hour", real(its.at_1_hour)},
-             {"at_4_hours", real(its.at_4_hours)},
-             {"warm", real(its.warm)},
+             {"at_1_hour", its.at_1_hour},
+             {"at_4_hours", its.at_4_hours},
+             {"warm", its.warm},
              {"range", its.range},
              {"rate_per_h", its.rate},
-             {"expanded", real(its.expanded)},
+             {"expanded", its.expanded},
              {"left", its.left},
              {"cooling_rate_per_h", its.cooling_rate},
              {"prediction", prediction(*this, its)}};
-        for (std::size_t i = 0; i < its.time.size(); i += its.time.size() / 400 + 1) {  // for a chart
-            j["time_s"].push_back(its.time[i]);
-            j["value"].push_back(its.value[i]);
+        for (std::size_t i = 0; i < its.samples.size(); i += its.samples.size() / 400 + 1) {  // for a chart
+            j["time_s"].push_back(its.samples[i].first);
+            j["value"].push_back(its.samples[i].second);
         }
         if (its.curve && !environment)
             j["steady"] = {{"determined", its.curve->determined && steady_duty},
-                           {"value", real(its.curve->steady)},
+                           {"value", its.curve->steady},
                            {"shorter_than_two_time_constants", its.curve->shorter},
-                           {"low", real(its.curve->low())},
-                           {"high", real(its.curve->high())}};
+                           {"low", its.curve->low()},
+                           {"high", its.curve->high()}};
     }
     for (const auto& [name, range] : ranges) all["temperature_ranges_k"][name] = range;
     const auto samples_json = [](const GrowthSamples& samples) {

@@ -4,30 +4,27 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "components/commissioning/growth/growth_report.hpp"
-#include "components/commissioning/growth/growth_words.hpp"
 
 namespace plumb::commissioning {
 namespace {
 
-nlohmann::json real(double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
-nlohmann::json reals(const Eigen::VectorXd& values) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const double value : values) list.push_back(real(value));
-    return list;
+// A value that is not finite is null in JSON.
+template <class Vector>
+nlohmann::json reals(const Vector& values) {
+    return std::vector<double>(values.data(), values.data() + values.size());
 }
 
 nlohmann::json curve_json(const std::optional<GrowthCurve>& curve) {
     if (!curve) return nullptr;
     return {{"determined", curve->determined},
-            {"steady_mm", real(curve->steady)},
-            {"steady_low_mm", real(curve->low())},
-            {"steady_high_mm", real(curve->high())},
-            {"rate_mm_per_h", real(curve->rate * seconds_per_hour)},
-            {"rate_uncertainty_mm_per_h", real(curve->rate_sigma * seconds_per_hour)},
+            {"steady_mm", curve->steady},
+            {"steady_low_mm", curve->low()},
+            {"steady_high_mm", curve->high()},
+            {"rate_mm_per_h", curve->rate * seconds_per_hour},
+            {"rate_uncertainty_mm_per_h", curve->rate_sigma * seconds_per_hour},
             {"scatter_mm", curve->noise}};
 }
 
@@ -38,27 +35,24 @@ nlohmann::json budget_json(const GrowthBudget& budget) {
             {"artifact_mm", budget.artifact},
             {"probe_mm", budget.probe},
             {"pass_mm", budget.pass()},
-            {"coverage", real(coverage_factor(budget.freedom))},
-            {"freedom", real(budget.freedom)},
-            {"expanded_mm", real(budget.expanded())}};
+            {"coverage", coverage_factor(budget.freedom)},
+            {"freedom", budget.freedom},
+            {"expanded_mm", budget.expanded()}};
 }
 
 nlohmann::json axis_json(const GrowthOfAxis& axis) {
     if (!axis.probed) return nullptr;
-    return {{"largest_mm", axis.largest},
-            {"at_1_hour_mm", real(axis.at_1_hour)},
-            {"at_4_hours_mm", real(axis.at_4_hours)},
-            {"at_end_mm", real(axis.at_end)},
-            {"range_mm", axis.range},
-            {"largest_rate_mm_per_h", axis.rate},
+    return {{"largest_mm", axis.largest},       {"at_1_hour_mm", axis.at_1_hour},
+            {"at_4_hours_mm", axis.at_4_hours}, {"at_end_mm", axis.at_end},
+            {"range_mm", axis.range},           {"largest_rate_mm_per_h", axis.rate},
             {"curve", curve_json(axis.curve)}};
 }
 
 nlohmann::json gain_json(const CompensationGain& gain) {
     return {{"determined", gain.determined},
-            {"value", gain.determined ? real(gain.gain) : nullptr},
-            {"uncertainty", gain.determined ? real(gain.uncertainty) : nullptr},
-            {"effectiveness", gain.determined ? real(gain.effectiveness) : nullptr}};
+            {"value", gain.determined ? gain.gain : NAN},
+            {"uncertainty", gain.determined ? gain.uncertainty : NAN},
+            {"effectiveness", gain.determined ? gain.effectiveness : NAN}};
 }
 
 nlohmann::json slip_json(const std::optional<GrowthSlip>& slip) {
@@ -88,8 +82,8 @@ nlohmann::json differences_json(const GrowthAnalysis& test) {
         for (std::size_t column = 0; column < 3; ++column)
             j[std::string(1, letters[row])][std::string(1, letters[column])] =
                 test.off[row].probed && test.off[column].probed
-                    ? real(test.finding.difference(static_cast<int>(row), static_cast<int>(column)))
-                    : nullptr;
+                    ? test.finding.difference(static_cast<int>(row), static_cast<int>(column))
+                    : NAN;
     return j;
 }
 
@@ -97,7 +91,7 @@ nlohmann::json compensation_json(const GrowthAnalysis& test) {
     nlohmann::json j{
         {"name", test.log->compensation},          {"fault", static_cast<int>(test.finding.fault)},
         {"sentence", compensation_sentence(test)}, {"gain", test.finding.gain},
-        {"gain_low", real(test.finding.gain_low)}, {"gain_high", real(test.finding.gain_high)},
+        {"gain_low", test.finding.gain_low},       {"gain_high", test.finding.gain_high},
         {"more_passes", test.finding.more_passes}, {"larger_drift_mm", test.finding.larger_drift}};
     const auto& drifts = test.finding.drifts;
     if (drifts[0] + drifts[1] + drifts[2] > 1) j["differences_mm"] = differences_json(test);
@@ -108,7 +102,7 @@ nlohmann::json turned_json(const GrowthAnalysis::Turned& turned) {
     return {{"bore", turned.bore},
             {"half_sum_mm", reals(turned.table.half_sum)},
             {"half_difference_mm", reals(turned.table.half_difference)},
-            {"tilt_about_x_rad", turned.tilt ? real(*turned.tilt) : nullptr}};
+            {"tilt_about_x_rad", turned.tilt.value_or(NAN)}};
 }
 
 nlohmann::json points_json(const std::vector<GrowthPoint>& points) {
@@ -213,7 +207,7 @@ nlohmann::json test_json(const GrowthAnalysis& test) {
     j["notes"] = test.notes;
     j["uncertainty_mm"] = test.uncertainty;
     j["touch_scatter_mm"] = test.touch_scatter;
-    j["last_hour_mm"] = real(test.last_hour);
+    j["last_hour_mm"] = test.last_hour;
     j["axes"] = axes_json(test);
     j["compensation"] = compensation_json(test);
     if (test.identified)

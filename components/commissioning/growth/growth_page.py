@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""growth_page.py FOLDER: makes report.html of the results.json that plumb-growth wrote there, and the charts of the first test as PNG."""
+"""growth_page.py FOLDER: makes report.html of the results.json that plumb-growth wrote there, and results.csv and the charts of the first test as PNG."""
 
+import csv
 import io
 import json
 import logging
@@ -169,6 +170,18 @@ def prepare(test):
     test["charts"] = charts_of(test) if matplotlib else []
 
 
+def csv_of(test):
+    """Every deviation and compensation, a line each."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow("bore turned compensated pass time_s dx_mm dy_mm dz_mm cx_mm cy_mm cz_mm diameter_mm scatter_mm".split())
+    for series in test["series"]:
+        where = [series["bore"], int(series["turned"]), int(series["compensated"])]
+        for point in series["points"] + series["cool_down"]:
+            rows.writerow([*where, point["pass"], point["time_s"], *point["deviation_mm"], *point["compensation_mm"], point["diameter_mm"], point["scatter_mm"]])
+    return text.getvalue().encode()
+
+
 def nearest(cells):
     return min(cells, key=lambda other: GAP if cells[other] is None else cells[other])
 
@@ -185,6 +198,8 @@ def main(folder):
     title = "Thermal growth of " + (gauges["file"] if gauges else tests[0]["machine"])
     page = environment.get_template("growth_page.html").render(title=title, tests=tests, gauges=gauges, charts=charts, nearest=nearest, version=results["version_of_plumb"])
     replace(os.path.join(folder, "report.html"), page.encode())
+    if tests:
+        replace(os.path.join(folder, "results.csv"), csv_of(tests[0]))
     for chart in tests[0]["charts"] if tests else ():
         chart.write_png(folder)
     if not matplotlib:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/commissioning/growth/growth_plan_machine.hpp"
+#include "components/commissioning/growth/growth_plan.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-#include "components/commissioning/growth/growth_practice.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "components/commissioning/growth/growth_analysis.hpp"
+#include "components/commissioning/growth/growth_steps.hpp"
 
 namespace plumb::commissioning {
 namespace {

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "components/commissioning/growth/growth_visits.hpp"
-#include "components/commissioning/growth/growth_words.hpp"
 
 namespace plumb::commissioning {
 namespace {
@@ -14,17 +13,22 @@ namespace {
 // Why the compensation is not determined, and what would determine it.
 std::string undetermined_sentence(const GrowthAnalysis& test) {
     const CompensationFinding& its = test.finding;
-    const auto passes = [](int count) { return std::to_string(count) + (count == 1 ? " more pass" : " more passes"); };
+    const auto passes = [](int count) {
+        return std::to_string(count) + (count == 1 ? " more pass" : " more passes");
+    };
     const bool any_drift = its.drifts[0] || its.drifts[1] || its.drifts[2];
-    if (!any_drift && its.more_passes > 0)
-        return " It needs " + passes(its.more_passes) + " in both states.";
-    if (!any_drift) return " No axis drifts by " + um(its.larger_drift) + " \u00b5m: work the machine warmer.";
-    std::string text = " Its gain is between " + number(its.gain_low, 2) + " and " + number(its.gain_high, 2) +
-                       ", 95 of 100; good is " + number(weakest_good_gain, 2) + " to " + number(strongest_good_gain, 2) + ". ";
+    if (!any_drift && its.more_passes > 0) return " It needs " + passes(its.more_passes) + " in both states.";
+    if (!any_drift)
+        return " No axis drifts by " + um(its.larger_drift) + " \u00b5m: work the machine warmer.";
+    std::string text = " Its gain is between " + number(its.gain_low, 2) + " and " +
+                       number(its.gain_high, 2) + ", 95 of 100; good is " + number(weakest_good_gain, 2) +
+                       " to " + number(strongest_good_gain, 2) + ". ";
     if (its.more_passes > 0)
-        text += "To determine it, add " + passes(its.more_passes) + " of the warm machine, or work it warmer, to";
+        text +=
+            "To determine it, add " + passes(its.more_passes) + " of the warm machine, or work it warmer, to";
     else
-        text += "More passes do not determine it, as all have one reference pass. Work the machine warmer, to";
+        text +=
+            "More passes do not determine it, as all have one reference pass. Work the machine warmer, to";
     return text + " a drift of " + um(its.larger_drift) + " \u00b5m.";
 }
 
@@ -79,30 +83,16 @@ std::string compensation_sentence(const GrowthAnalysis& test) {
         text += " Sensor: " + sensor(test.finding.sensor) +
                 (test.finding.other_sensor >= 0 ? " and " + sensor(test.finding.other_sensor) : "") + ".";
     if (test.finding.fault == CompensationFault::undetermined) {
-        if (test.verdict == GrowthVerdict::pass) text = "The drift that the compensation leaves is within the tolerances. Its gain is not determined.";
+        if (test.verdict == GrowthVerdict::pass)
+            text =
+                "The drift that the compensation leaves is within the tolerances. Its gain is not "
+                "determined.";
         text += undetermined_sentence(test);
     }
     if (test.finding.fault == CompensationFault::none) text += axes_apart(test);
     if (test.finding.fault == CompensationFault::too_weak ||
         test.finding.fault == CompensationFault::too_strong)
         text += " Its gain is " + number(test.finding.gain, 2) + ".";
-    return text;
-}
-
-std::string growth_csv(const GrowthAnalysis& test) {
-    std::string text =
-        "bore,turned,compensated,pass,time_s,dx_mm,dy_mm,dz_mm,cx_mm,cy_mm,cz_mm,diameter_mm,scatter_mm\n";
-    const auto field = [](double value) {
-        return std::isfinite(value) ? growth_log_file::text_of(value) : "";
-    };
-    for (const GrowthSeries& series : test.series)
-        for (const GrowthPoint& point : series.all()) {
-            text += std::to_string(series.bore) + ',' + (series.turned ? "1," : "0,") +
-                    (series.compensated ? "1," : "0,") + std::to_string(point.pass) + ',' + field(point.time);
-            for (const double value : point.deviation) text += ',' + field(value);
-            for (const double value : point.compensation) text += ',' + field(value);
-            text += ',' + field(point.diameter) + ',' + field(point.scatter) + '\n';
-        }
     return text;
 }
 

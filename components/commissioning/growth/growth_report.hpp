@@ -8,8 +8,12 @@
 
 namespace plumb::commissioning {
 
-// Every deviation of one test, a line each.
-std::string growth_csv(const GrowthAnalysis& test);
+// Words that the results and the terminal share.
+constexpr const char* letters = "XYZ";
+constexpr double seconds_per_hour = 3600;
+std::string number(double value, int digits = 1);  // a dash if it is not a number
+std::string um(double mm);
+std::string clause(const GrowthLog& log);  // of ISO 230-3
 
 // All results of all tests in full precision.
 std::string growth_json(const std::vector<GrowthAnalysis>& tests);

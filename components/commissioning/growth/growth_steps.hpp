@@ -28,6 +28,9 @@ void compare_orientations(GrowthAnalysis& analysis);
 // Steps of all bores between two passes that are no growth.
 void find_slips(GrowthAnalysis& analysis);
 
+// The cool-down, the ends of the travel and the environment.
+GrowthPractice growth_practice(const GrowthAnalysis& analysis);
+
 // The verdict, with its reasons.
 void decide(GrowthAnalysis& analysis);
 

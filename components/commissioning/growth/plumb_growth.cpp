@@ -209,7 +209,6 @@ int report(const std::vector<std::string>& files, const std::string& output, boo
     const fs::path folder = folder_of(files.front(), output);
     fs::create_directories(folder);
     write_file(folder / "results.json", growth_json(tests));
-    write_file(folder / "results.csv", growth_csv(tests.front()));
     const fs::path settings = folder / "axis_growth_settings.hal";
     if (tests.front().identified)
         write_file(settings,
