@@ -2,18 +2,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
+#include "components/commissioning/growth/growth_report.hpp"
 #include "components/commissioning/growth/growth_steps.hpp"
 
 namespace plumb::commissioning {
 namespace {
 
 std::string micrometres(double mm) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.1f \u00b5m", mm * 1e3);
-    return text;
+    return um(mm) + " \u00b5m";
 }
 
 // The drift that the rule of the test calls stable, and the drift that the rule cannot see.

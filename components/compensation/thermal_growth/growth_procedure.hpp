@@ -59,8 +59,11 @@ struct Signals {
     double max_pass_time = 0;
     bool turned = false, oriented = false;  // the table is at 180 deg, and where the program wants it
     bool overtravel = false;
-    bool compensated = false, cooled = false;
-    bool confirmed = false;  // both are as the program wants them
+    bool compensated = false, cooled = false, wants_compensation = false, wants_cooling = false;
+    bool confirmed = false;    // both are as the program wants them
+    bool unconfirmed = false;  // for longer than confirm-time, while the test runs
+    bool gone = false;         // the program that runs the test has ended without its end
+    bool paused = false, resumable = false, acknowledged = false;
     double spindle_speed = 0;
     Position at;
     Warmth warmth;

@@ -16,25 +16,6 @@ namespace plumb {
 
 namespace growth_test {
 
-// A state of the machine that the program wants and the control confirms.
-class ConfirmedState {
-public:
-    // True while the control does not confirm the wanted state for longer than `patience`.
-    bool late(bool wanted, bool is, double patience, double dt) noexcept {
-        waited_ = wanted == is ? 0 : waited_ + dt;
-        wanted_ = wanted;
-        is_ = is;
-        return waited_ > (patience >= 0 ? patience : 0);
-    }
-    bool wanted() const noexcept { return wanted_; }
-    bool is() const noexcept { return is_; }
-    bool confirmed() const noexcept { return wanted_ == is_; }
-
-private:
-    double waited_ = 0;
-    bool wanted_ = false, is_ = false;
-};
-
 // The program of the test, and its probe.
 struct Program : hal::Group {
     using Group::Group;
@@ -83,40 +64,28 @@ struct Program : hal::Group {
         s.turned = turned;
         s.overtravel = overtravel;
         s.spindle_speed = spindle_speed;
-        running_now_ = s.running.now;
-        gone_.step(running_now_ && !program_running, gone_time, 0, dt);
-        paused_ = program_paused;
-        resumable_ = resumable;
-        acknowledges_ = acknowledging_.rises(acknowledge);
-        const double patience = confirm_time;
-        const bool late = compensation_.late(compensate, compensation_on, patience, dt);
-        const bool late_cooling = cooling_.late(cool, cooling_on, patience, dt);
-        unconfirmed_ = s.running.now && (late || late_cooling);
-        s.compensated = compensation_.is();
-        s.cooled = cooling_.is();
-        s.confirmed = compensation_.confirmed() && cooling_.confirmed();
+        s.gone = gone_.step(s.running.now && !program_running, gone_time, 0, dt);
+        s.paused = program_paused;
+        s.resumable = resumable;
+        s.acknowledged = acknowledging_.rises(acknowledge);
+        s.wants_compensation = compensate;
+        s.wants_cooling = cool;
+        s.compensated = compensation_on;
+        s.cooled = cooling_on;
+        const double patience = std::fmax(static_cast<double>(confirm_time), 0.0);
+        const bool compensated = s.compensated == s.wants_compensation, cooled = s.cooled == s.wants_cooling;
+        const bool late = compensation_late_.step(!compensated, patience, 0, dt);
+        const bool late_cooling = cooling_late_.step(!cooled, patience, 0, dt);
+        s.unconfirmed = s.running.now && (late || late_cooling);
+        s.confirmed = compensated && cooled;
         return s;
     }
-
-    // The program that runs the test has ended without saying so.
-    bool is_gone() const noexcept { return gone_.value(); }
-    bool runs() const noexcept { return running_now_; }
-    bool is_paused() const noexcept { return paused_; }
-    bool is_resumable() const noexcept { return resumable_; }
-    bool acknowledges() const noexcept { return acknowledges_; }
-    bool wants_compensation() const noexcept { return compensation_.wanted(); }
-    bool wants_cooling() const noexcept { return cooling_.wanted(); }
-    // For longer than confirm-time, while the test runs.
-    bool unconfirmed() const noexcept { return unconfirmed_; }
 
 private:
     static constexpr double gone_time = 1;  // s
 
-    DelayedBit gone_;
-    bool running_now_ = false, paused_ = false, resumable_ = false;
+    DelayedBit gone_, compensation_late_, cooling_late_;
     Edge running_, pass_, bore_, measuring_, cycle_, probe_, acknowledging_;
-    ConfirmedState compensation_, cooling_;
-    bool acknowledges_ = false, unconfirmed_ = false;
 };
 
 // The sensors of temperature.
@@ -374,12 +343,6 @@ struct TestReport : hal::Group {
         bore_scatter = centre.scatter;
     }
 
-    void show_states(bool wants_compensation, bool wants_cooling, bool both_confirmed) noexcept {
-        compensation_request = wants_compensation;
-        cooling_request = wants_cooling;
-        confirmed = both_confirmed;
-    }
-
     State now() const noexcept { return state_; }
 
 private:
@@ -435,24 +398,25 @@ struct ThermalGrowthTest final : hal::Component {
         if (good_settings) settings_ = *wanted;
         settings_.stop.sensors = now.warmth.decides;
 
-        if (program.acknowledges()) test_.acknowledge();
+        if (now.acknowledged) test_.acknowledge();
         const GrowthTest::Result result = test_.step(now, settings_, dt);
         walk();
 
         report.show(test_, settings_);
         if (result == GrowthTest::Result::touch) report.show_touch(now.at);
         if (result == GrowthTest::Result::bore) report.show_bore(test_.bore());
-        report.show_states(program.wants_compensation(), program.wants_cooling(), now.confirmed);
+        report.compensation_request = now.wants_compensation;
+        report.cooling_request = now.wants_cooling;
+        report.confirmed = now.confirmed;
         const Fault its_fault = hal::first<Fault>({{test_.fault() != Fault::none, test_.fault()},
                                                    {!now.at.good, Fault::position},
                                                    {!now.warmth.good, Fault::sensor},
                                                    {!good_settings, Fault::settings},
-                                                   {program.unconfirmed(), Fault::unconfirmed},
+                                                   {now.unconfirmed, Fault::unconfirmed},
                                                    {!now.warmth.artifact_good, Fault::artifact_temperature}});
         report.fault = its_fault;
-        status = status_of({report.now(), test_.stop(), program.runs(), its_fault != Fault::none,
-                            program.is_gone(), program.is_paused(), program.is_resumable(),
-                            status.of_interlock()});
+        status = status_of({report.now(), test_.stop(), now.running.now, its_fault != Fault::none, now.gone,
+                            now.paused, now.resumable, status.of_interlock()});
         permission.report({});
     }
 
