@@ -5,17 +5,21 @@
 #include <CLI/Formatter.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include "components/commissioning/growth/growth_gauges.hpp"
 #include "components/commissioning/growth/growth_identify.hpp"
 #include "components/commissioning/growth/growth_plan.hpp"
 #include "components/commissioning/growth/growth_report.hpp"
@@ -162,34 +166,90 @@ void need_one_machine(const std::vector<Log>& logs) {
                                      logs.front().file + " of '" + logs.front().machine + "'");
 }
 
-// The page and the charts of results.json, by growth_page.py beside Plumb's other shared files.
-void make_page(const fs::path& folder) {
-    const fs::path program = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "share" /
-                             "plumb" / "growth" / "growth_page.py";
-    std::string words[] = {"python3", "-B", program.string(), folder.string()};
-    char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), nullptr};
+// Runs one of the programs beside Plumb's other shared files, with this file as its input. `why`: what is
+// missing if it fails.
+void run_python(const std::string& name, std::vector<std::string> words, std::FILE* input,
+                const std::string& why) {
+    const fs::path program = fs::read_symlink("/proc/self/exe");
+    words.insert(words.begin(),
+                 {"python3", "-B", program.parent_path().parent_path() / "share/plumb/growth" / name});
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    if (input) posix_spawn_file_actions_adddup2(&files, fileno(input), 0);
     pid_t child = 0;
     int status = 0;
-    if (posix_spawn(&child, "/usr/bin/python3", nullptr, nullptr, arguments, environ) != 0 ||
-        waitpid(child, &status, 0) != child || status != 0)
-        throw std::runtime_error(folder.string() + " has the results, but not their page: see above");
-    std::cout << "Report: " << (folder / "report.html").string() << '\n';
+    const bool begun =
+        posix_spawn(&child, "/usr/bin/python3", &files, nullptr, arguments.data(), environ) == 0;
+    posix_spawn_file_actions_destroy(&files);
+    if (!begun || waitpid(child, &status, 0) != child || status != 0)
+        throw std::runtime_error(why + ": see above");
+}
+
+nlohmann::ordered_json samples_json(const GrowthSamples& samples) {
+    nlohmann::ordered_json both{{"time_s", nlohmann::ordered_json::array()},
+                                {"value", nlohmann::ordered_json::array()}};
+    for (const auto& [time, value] : samples) both["time_s"].push_back(time), both["value"].push_back(value);
+    return both;
+}
+
+// The table as it was read, for growth_gauges.py.
+nlohmann::ordered_json table_json(const GrowthCourse& course) {
+    if (!(course.values.back().time > course.values.front().time))
+        throw std::runtime_error(course.file + ": has one value. " + course.taken);
+    nlohmann::ordered_json all{
+        {"file", course.file}, {"taken", course.taken}, {"version_of_plumb", PLUMB_VERSION}};
+    nlohmann::ordered_json series{{"speed_rpm", samples_json(course.speeds)},
+                                  {"temperature_degc", nlohmann::ordered_json::object()},
+                                  {"growth_mm", nlohmann::ordered_json::object()},
+                                  {"upper_mm", nlohmann::ordered_json::object()}};
+    for (const auto& value : course.values) all["time_s"].push_back(value.time);
+    for (const auto& sensor : course.sensors)
+        series["temperature_degc"][sensor.name] = samples_json(sensor.samples);
+    for (int axis = 0; axis < 3; ++axis) {
+        GrowthSamples grown, upper;
+        for (const auto& value : course.values) {
+            if (std::isfinite(value.place[axis])) grown.emplace_back(value.time, value.place[axis]);
+            if (axis < 2 && std::isfinite(value.upper[axis]))
+                upper.emplace_back(value.time, value.upper[axis]);
+        }
+        if (!grown.empty()) series["growth_mm"][std::string(1, letters[axis])] = samples_json(grown);
+        if (!upper.empty()) series["upper_mm"][std::string(1, letters[axis])] = samples_json(upper);
+    }
+    all["series"] = series;
+    return all;
 }
 
 int report_gauges(const std::string& file, const Heads& heads, double distance, const std::string& output,
                   bool json) {
-    const GrowthCourse course = table_in(file, heads);
-    const GrowthGauges found = growth_gauges(course, distance);
-    if (json) {
-        std::cout << found.json(course) << '\n';
-        return 0;
+    const std::string table = table_json(table_in(file, heads)).dump();
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> input(std::tmpfile(), std::fclose);
+    if (!input || std::fwrite(table.data(), 1, table.size(), input.get()) != table.size())
+        throw std::system_error(errno, std::generic_category(), "a temporary file");
+    std::rewind(input.get());
+    std::vector<std::string> words{fs::read_symlink("/proc/self/exe"), std::to_string(distance)};
+    if (!json) words.push_back(folder_of(file, output));
+    run_python("growth_gauges.py", words, input.get(), file + " was read, but not measured");
+    return 0;
+}
+
+// The curves of the series in the input, for growth_gauges.py.
+int print_curves() {
+    nlohmann::json curves = nlohmann::json::array();
+    for (const auto& its : nlohmann::json::parse(std::cin)) {
+        GrowthSamples samples;
+        for (std::size_t i = 0; i < its["time_s"].size(); ++i)
+            samples.emplace_back(its["time_s"][i], its["value"][i]);
+        const auto curve = curve_of(samples);
+        curves.push_back(nullptr);
+        if (curve)
+            curves.back() = {{"steady", curve->steady},         {"low", curve->low()},
+                             {"high", curve->high()},           {"noise", curve->noise},
+                             {"determined", curve->determined}, {"shorter", curve->shorter}};
     }
-    const fs::path folder = folder_of(file, output);
-    const nlohmann::json results{{"gauges", found.json(course)}, {"version_of_plumb", PLUMB_VERSION}};
-    fs::create_directories(folder);
-    write_file(folder / "results.json", results.dump() + '\n');
-    std::cout << found.text() << std::flush;
-    make_page(folder);
+    std::cout << curves;
     return 0;
 }
 
@@ -216,7 +276,8 @@ int report(const std::vector<std::string>& files, const std::string& output, boo
     else
         fs::remove(settings);
     for (const GrowthAnalysis& test : tests) std::cout << growth_summary(test) << std::flush;
-    make_page(folder);
+    run_python("growth_page.py", {folder}, nullptr, folder.string() + " has the results, but not their page");
+    std::cout << "Report: " << (folder / "report.html").string() << '\n';
     return 0;
 }
 
@@ -259,6 +320,7 @@ static int carry_out(int argc, char** argv) {
         ->check(CLI::Range(1.0, 10000.0))
         ->type_name("MM");
     reporting->add_option("--output", output, "Folder for the report.")->type_name("DIR");
+    CLI::App* const fitting = app.add_subcommand("curve", "Fits curves for growth_gauges.py.")->group("");
     GrowthIdentifyOptions identify;
     CLI::App* const identifying =
         app.add_subcommand("identify", "Prints the settings of axis_growth that a log gives.");
@@ -293,6 +355,7 @@ static int carry_out(int argc, char** argv) {
         each->add_option("--head", heads, "Read a head of a table as another one.")->type_name("'HEAD=HEAD'");
     }
     return plumb::hal::carry_out(app, argc, argv, [&] {
+        if (*fitting) return print_curves();
         for (std::string& path : logs) path = file_of(path);
         if (*planning) {
             if (!logs.empty())
