@@ -40,6 +40,18 @@ def pins_of_net(words):
     return signal, rest[0] if arrow else None, rest[arrow + 1 :]
 
 
+def aliases(text):
+    """The names of pins by their aliases."""
+    return {alias: pin for pin, alias in re.findall(r"^[ \t]*alias[ \t]+pin[ \t]+(\S+)[ \t]+(\S+)", text, re.M)}
+
+
+def without(aliases, text):
+    """The text with the names of pins in the place of their aliases."""
+    for alias, pin in aliases.items():
+        text = re.sub(r"(?<![\w.:-])%s(?![\w.:-])" % re.escape(alias), pin.replace("\\", r"\\"), text)
+    return text
+
+
 def nets_of(text):
     """All pins of each signal in the text of HAL files, and those that an arrow calls its source."""
     found = {}

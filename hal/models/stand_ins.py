@@ -68,7 +68,9 @@ class StandIns:
         trial.read.update(files)
         self.texts = {path: self._read(path) for path in files}
         commands = "\n".join(ini.all("HAL", "HALCMD"))
-        self.all = self._values("\n".join([*self.texts.values(), commands]))
+        text = self._values("\n".join([*self.texts.values(), commands]))
+        self.aliases = hal_text.aliases(text)
+        self.all = hal_text.without(self.aliases, text)
         self.commands = re.sub(r"^[ \t]*(loadusr|loadrt|source)[ \t].*", "", self.all, flags=re.M)  # with names of pins
         self.nets = hal_text.nets_of(self.all)
         self.kinds, self.real = {}, None  # of signals, and of the pins of modules
@@ -347,6 +349,7 @@ class StandIns:
 
     def learn(self, words):
         """Takes the type or direction of a pin from LinuxCNC's complaint. Returns whether there was one."""
+        words = hal_text.without(self.aliases, words)
         found = re.search(r"Signal '([^']+)' of type '(\w+)' cannot add pin '([^']+)' of type '(\w+)'", words)
         if found:
             return self._take_type(*found.groups())

@@ -571,6 +571,13 @@ class Pins(unittest.TestCase):
         self.assertEqual(found._kind("hm2_7i92.0.stbl.1.2.index"), ["bit", "IO"])
         self.assertNotIn("lcec.read-all.time", [pin for pins in found.described.values() for pin in pins])
 
+    def test_a_pin_is_known_behind_its_alias(self):
+        hal = "alias pin hm2_7i92.0.new.0.its switch.x\nnet home-x <= switch.x\nnet home-x => joint.0.home-sw-in\n"
+        found = self.stand_ins(hal)
+        self.assertEqual(found.nets["home-x"][0], ["hm2_7i92.0.new.0.its", "joint.0.home-sw-in"])
+        self.assertEqual(found._kind("hm2_7i92.0.new.0.its"), ["bit", "OUT"])
+        self.assertTrue(found.learn("Signal 'home-x' of type 'bit' cannot add pin 'switch.x' of type 's32'"))
+
     def test_real_modules_are_read_and_those_that_look_for_hardware_leave_nothing(self):
         home = own_folder(self)
         write(os.path.join(home, "my.ini"), "[HAL]\n")
