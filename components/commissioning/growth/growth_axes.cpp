@@ -82,13 +82,15 @@ void make_series(const std::vector<GrowthVisit>& visits, GrowthAnalysis& analysi
             " was not probed in the first pass in each state: it has no reference there.");
 }
 
-GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated) {
+GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated, bool cooling) {
     std::map<std::pair<int, int>, std::tuple<Vector3d, Vector3d, double, int>> sums;  // by pass and part
     int series = 0;
     for (const GrowthSeries& each : analysis.series) {
         if (each.compensated != compensated) continue;
         ++series;
-        for (const GrowthPoint& point : each.points) {
+        std::vector<GrowthPoint> points = cooling ? each.cool_down : each.points;
+        if (cooling) points.push_back(each.points.back());
+        for (const GrowthPoint& point : points) {
             auto& [d, c, time, count] =
                 sums.try_emplace({point.pass, point.part}, Vector3d::Zero(), Vector3d::Zero(), 0.0, 0)
                     .first->second;

@@ -1,51 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "components/commissioning/growth/growth_steps.hpp"
 
 namespace plumb::commissioning {
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double least_distance = 20;  // mm, of two bores that show the ends of a travel
 
-// The mean over the bores of each pass of the cool-down, and the last warm pass before.
-struct Course {
-    std::vector<double> time;
-    std::vector<Vector3d> deviation;
-};
-
-Course cool_down_of(const GrowthAnalysis& analysis) {
-    std::map<int, std::pair<Vector3d, double>> sums;
-    std::map<int, int> counts;
-    int series_count = 0, last_warm = 0;
-    for (const GrowthSeries& series : analysis.series) {
-        if (series.compensated != !analysis.has_off) continue;
-        ++series_count;
-        const auto add = [&](const GrowthPoint& point) {
-            auto& [sum, time] = sums.try_emplace(point.pass, Vector3d::Zero(), 0.0).first->second;
-            sum += point.deviation;
-            time = point.time;
-            ++counts[point.pass];
-        };
-        last_warm = std::max(last_warm, series.points.back().pass);
-        add(series.points.back());
-        for (const GrowthPoint& point : series.cool_down) add(point);
-    }
-    Course course;
-    for (const auto& [pass, sum] : sums) {
-        if (counts[pass] < series_count || pass < last_warm) continue;  // a pass that was interrupted
-        course.time.push_back(sum.second);
-        course.deviation.push_back(sum.first / counts[pass]);
-    }
-    return course;
-}
-
 void follow_cool_down(const GrowthAnalysis& analysis, GrowthPractice& practice) {
-    const Course course = cool_down_of(analysis);
+    const GrowthMeans course = means_of(analysis, !analysis.has_off, true);
     if (course.time.size() < 2) return;
     practice.cooled_for = course.time.back() - course.time.front();
     for (int axis = 0; axis < 3; ++axis) {

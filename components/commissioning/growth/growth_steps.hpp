@@ -35,12 +35,13 @@ GrowthPractice growth_practice(const GrowthAnalysis& analysis);
 void decide(GrowthAnalysis& analysis);
 
 // The means over bores and orientations of each pass that has them all; the passes and their times.
+// `cooling`: of the last warm pass and the cool-down.
 struct GrowthMeans {
     std::vector<int> pass, part;
     std::vector<double> time;
     std::vector<Eigen::Vector3d> deviation, compensation;
 };
-GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated);
+GrowthMeans means_of(const GrowthAnalysis& analysis, bool compensated, bool cooling = false);
 
 // The curve of one axis in one part of the test; nothing with fewer than two passes.
 std::optional<GrowthCurve> curve_of(const GrowthMeans& means, int axis, int part);
