@@ -22,8 +22,7 @@ WANTED_FALSE = re.compile(
 LOGIC = {  # inputs of a module, and their values, that give its output a value
     ("not", True): (("in", False),),
     ("not", False): (("in", True),),
-    ("debounce", True): (("in", True),),
-    ("debounce", False): (("in", False),),
+    **{(module, value): (("in", value),) for module in ("debounce", "dbounce", "timedelay") for value in (True, False)},
     ("or2", True): (("in0", True),),
     ("or2", False): (("in0", False), ("in1", False)),
     ("and2", True): (("in0", True), ("in1", True)),
