@@ -11,10 +11,20 @@ TYPES = {"bit": hal.HAL_BIT, "float": hal.HAL_FLOAT, "s32": hal.HAL_S32, "u32": 
 DIRECTIONS = {"IN": hal.HAL_IN, "OUT": hal.HAL_OUT, "IO": hal.HAL_IO}
 
 
+def first_absent(descriptions):
+    """The first description whose component is not there yet, and this component."""
+    for path in descriptions:
+        with open(path, encoding="utf-8") as file:
+            given = json.load(file)
+        try:
+            return given, {given["name"]: hal.component(given["name"])}
+        except hal.error:
+            continue
+    sys.exit("all of %s are there" % descriptions)
+
+
 def main():
-    with open(sys.argv[1], encoding="utf-8") as file:
-        given = json.load(file)
-    heads = {given["name"]: hal.component(given["name"])}
+    given, heads = first_absent(sys.argv[1].split(":"))
     for pin, kind, direction, value in given["pins"]:
         head, _, tail = pin.partition(".")  # a program can have pins under other names than its own
         if head not in heads:

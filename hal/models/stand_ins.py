@@ -244,6 +244,7 @@ class StandIns:
         return self.real
 
     def _stand_in_for_programs(self):
+        started = {}  # names of the components of a program that is started more than once
         for line in self.all.splitlines():
             words = line.split("#")[0].split()
             if len(words) < 2 or words[0] != "loadusr":
@@ -266,7 +267,9 @@ class StandIns:
             for head in () if pins or file else self._take_heads(name):
                 pins.update({"%s.%s" % (head, pin): kind for pin, kind in self.pins_behind(head).items()})
             self._describe(name, pins, file)
-            self._cover(program, *self._stand_in(name), interpreted=interpreted)
+            names = started.setdefault(program, [])
+            names.append(name)
+            self._cover(program, *self._stand_in(*names), interpreted=interpreted)
         for file in self.files:
             name = file.programs.pattern
             if file.always and name not in self.programs:
@@ -321,9 +324,9 @@ class StandIns:
         """The file of a program's pins. HAL may give any name: files of ours have numbers."""
         return "stand-in-%d.json" % self._number(name)
 
-    def _stand_in(self, name):
-        """The words of the command that stands in."""
-        return os.path.join(HERE, "stand_in.py"), self.trial.path(self._description(name))
+    def _stand_in(self, *names):
+        """The words of the command that stands in: at each start for the first of these that is not there."""
+        return os.path.join(HERE, "stand_in.py"), ":".join(self.trial.path(self._description(name)) for name in names)
 
     def _describe(self, name, pins, file):
         """The pins of a program, and those that its file says."""

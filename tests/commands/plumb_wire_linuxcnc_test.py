@@ -16,7 +16,9 @@ LATHE = "sim/axis/lathe.ini"
 
 class Works(Sample):
     def test_both_functions_show_their_effect_and_the_patch_can_be_undone(self):
-        write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.hal"), "net my-dial motion.analog-out-03 => motion.analog-in-03\n")
+        panels = "".join("loadusr -Wn %s gladevcp -c %s %s.ui\n" % (name, name, name) for name in ("left", "right"))
+        hal = panels + "net my-lamp motion.in-position => left.lamp right.lamp\nnet my-dial motion.analog-out-03 => motion.analog-in-03\n"
+        write(os.path.join(os.path.dirname(self.ini(AXIS_MM)), "mine.hal"), hal)
         last = "HALFILE = simulated_home.hal"
         ini = read(self.ini(AXIS_MM)).replace(last, last + "\nHALFILE = mine.hal")
         # X homes at its limit, where a stage brings in a part of its offset, the less the smaller the reserve of the drive is.
@@ -28,6 +30,7 @@ class Works(Sample):
             seen = self.seen(output, function)
             self.assertTrue(any(effect in text for text in seen), output)
             self.assertTrue(all(seen.values()), output)
+        self.assertIn("These programs need a screen or a device. Pins stand in for them here: hal_manualtoolchange, left, right.", flat)
         self.assertIn("[EMCMOT] EMCMOT = motmod num_dio=8", flat)
         # Output 3 is the user's, and 0 is one of interlock.
         self.assertIn("motion.analog-out-03 keeps your signal my-dial; thermal_displacement takes motion.analog-out-01", flat)
