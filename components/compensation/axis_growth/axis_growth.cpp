@@ -442,8 +442,7 @@ struct AxisGrowth final : hal::Component {
                               "Time since a temperature was lost; 0 while all are valid."};
     hal::Out<bool> ramping{this, "ramping", "The offsets still change to their wanted values."};
     hal::Out<bool> limited{this, "limited", "The growth of an axis exceeds max-offset."};
-    hal::Codes<Doubt> doubt{
-        this, "doubt", "A state that the law did not learn, or a wrong sensor; doubt-code gives the reason."};
+    hal::Codes<Doubt> doubt{this, "doubt", "The growth may be wrong; doubt-code gives the reason."};
     hal::Codes<Fault> fault{this, "fault"};
     hal::Status<AxisGrowthStatus> status{this, permission};
 
@@ -495,14 +494,15 @@ struct AxisGrowth final : hal::Component {
         lost_age = sensors.lost();
         ramping = ramp_.ramping();
         limited = ramp_.limited();
-        const bool beyond = applies && beyond_ && sigma_.maxCoeff() > settings_.harmless;
+        const bool uncertain = sigma_.maxCoeff() > settings_.harmless;
         const int wrong = sensors.contradicts();
         const Doubt its_doubt = hal::first<Doubt>({{wrong >= 0, axis_growth::contradiction(wrong)},
                                                    {sensors.lost() > settings_.hold_time, Doubt::old},
                                                    {sensors.lost() > 0, Doubt::sensor},
                                                    {touches.revoked(), Doubt::revoked},
                                                    {touches.moved(), Doubt::moved},
-                                                   {beyond, Doubt::range}});
+                                                   {applies && uncertain && beyond_, Doubt::range},
+                                                   {applies && uncertain, Doubt::uncertain}});
         doubt = its_doubt;
         const Fault its_fault = hal::first<Fault>({{!position_good_, Fault::position},
                                                    {settings_.law.uses_speed() && !speed_good, Fault::speed},
@@ -518,7 +518,7 @@ struct AxisGrowth final : hal::Component {
         seen.held = sensors.lost() > 0 || wrong >= 0;
         seen.moved = touches.moved();
         seen.revoked = touches.revoked();
-        seen.beyond = its_doubt == Doubt::range;
+        seen.uncertain = its_doubt == Doubt::range || its_doubt == Doubt::uncertain;
         seen.bounded = ramp_.limited();
         seen.ramping = ramp_.ramping();
         seen.interlock = status.of_interlock();

@@ -26,7 +26,8 @@ enum class Doubt : std::int32_t {
     sensor,
     old,
     range,
-    temperature_0 = 5,
+    uncertain,
+    temperature_0,
     temperature_1,
     temperature_2,
     temperature_3,
@@ -47,6 +48,10 @@ constexpr const char* sentence(Doubt doubt) {
             return "A temperature is outside the range of the growth test: the growth may be wrong by more "
                    "than "
                    "is harmless.";
+        case Doubt::uncertain:
+            return "The growth may be wrong by more than is harmless. A growth test on another day makes its "
+                   "law "
+                   "more certain.";
         case Doubt::temperature_0:
             return "Temperature 0 contradicts the other temperatures and the spindle speed. An offset by it "
                    "holds, "
@@ -111,7 +116,7 @@ enum class AxisGrowthStatus : std::int32_t {
     held,
     bounded,
     ramping,
-    beyond,
+    uncertain,
     moved,
     revoked
 };
@@ -136,9 +141,12 @@ constexpr hal::Said said(AxisGrowthStatus status) {
                              {},
                              "doubt-code"}
                 .told(Tell::text);
-        case AxisGrowthStatus::beyond:
-            return {Kind::warn, "Corrects the growth, outside the range of the growth test.",
-                    "Check the sensors, or repeat the growth test in this state of the machine."};
+        case AxisGrowthStatus::uncertain:
+            return {Kind::warn,
+                    "Corrects the growth, and may be wrong by more than is harmless.",
+                    "Check the sensors, and repeat the growth test on another day.",
+                    {},
+                    "doubt-code"};
         case AxisGrowthStatus::moved:
             return {
                 Kind::warn,
@@ -163,7 +171,7 @@ constexpr hal::Said said(AxisGrowthStatus status) {
 struct AxisGrowthSeen {
     bool fault = false, has_law = false, enabled = false, homed = false;
     bool temperatures_known = false, returns = false, held = false, bounded = false, ramping = false,
-         moved = false, revoked = false, beyond = false;
+         moved = false, revoked = false, uncertain = false;
     AxisGrowthStatus interlock{};
 };
 
@@ -181,7 +189,7 @@ inline AxisGrowthStatus status_of(const AxisGrowthSeen& seen) noexcept {
                           {seen.ramping, S::ramping},
                           {seen.revoked, S::revoked},
                           {seen.moved, S::moved},
-                          {seen.beyond, S::beyond},
+                          {seen.uncertain, S::uncertain},
                           {true, S::corrects}});
 }
 

@@ -210,7 +210,7 @@ TEST(AxisGrowthStatus, SaysThatItCorrectsOnlyWhileItDoes) {
          {"the way", [](auto& its) { its.ramping = true; }, S::ramping, Kind::wait},
          {"a revoked law", [](auto& its) { its.revoked = true; }, S::revoked, Kind::warn},
          {"a bore that may have moved", [](auto& its) { its.moved = true; }, S::moved, Kind::warn},
-         {"a heat that the test did not have", [](auto& its) { its.beyond = true; }, S::beyond, Kind::warn},
+         {"a large sigma", [](auto& its) { its.uncertain = true; }, S::uncertain, Kind::warn},
          {"nothing", [](auto&) {}, S::corrects, Kind::good}}));
 }
 
