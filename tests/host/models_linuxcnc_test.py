@@ -285,7 +285,7 @@ class Machine(unittest.TestCase):
         words = [PLUMB, "run", "--models", "--speed", "10", "--", "linuxcnc", "-r", "mixed.ini"]
         environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
         environment["XDG_CACHE_HOME"] = os.path.join(self.folder, "cache")
-        ran = subprocess.run(words, cwd=self.folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60, check=False)
+        ran = subprocess.run(words, cwd=self.folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300, check=False)
         try:
             with open(os.path.join(self.folder, "found.json"), encoding="utf-8") as file:
                 return json.load(file), ran.stderr
