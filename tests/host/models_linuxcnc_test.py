@@ -70,7 +70,7 @@ HOME_SEQUENCE = %(sequence)d
 JOINTS = (
     {"letter": "X", "joint": 0, "low": -1, "high": 300, "home": 10, "offset": 0, "search": -15, "latch": -3, "index": "NO", "shared": "YES", "sequence": 1},
     {"letter": "Y", "joint": 1, "low": -2, "high": 200, "home": 20, "offset": 205, "search": 15, "latch": 2, "index": "YES", "shared": "NO", "sequence": 1},
-    {"letter": "Z", "joint": 2, "low": -150, "high": 3, "home": 0, "offset": 2, "search": 10, "latch": 2, "index": "NO", "shared": "NO", "sequence": 0},
+    {"letter": "Z", "joint": 2, "low": -150, "high": 3, "home": 0, "offset": 2, "search": 10, "latch": 2, "index": "YES", "shared": "NO", "sequence": 0},
 )
 # A step generator, a servo behind a pid with an index, and a drive on EtherCAT. X has one switch for home and limit.
 HAL = """loadrt [KINS]KINEMATICS
@@ -120,6 +120,7 @@ net z-cmd joint.2.motor-pos-cmd => cia402.0.pos-cmd
 net z-fb cia402.0.pos-fb => joint.2.motor-pos-fb
 net z-on joint.2.amp-enable-out => cia402.0.enable
 net z-operates cia402.0.stat-op-enabled
+net z-index joint.2.index-enable <=> cia402.0.home
 setp cia402.0.pos-scale 10000
 net z-control cia402.0.controlword => lcec.0.0.cia-controlword
 net z-status lcec.0.0.cia-statusword => cia402.0.statusword
@@ -260,7 +261,7 @@ import serial
 print "no Python 3"
 """
 LINES = ["G21 G90 G0 X120 Y30 Z-40", "M3 S600", "G1 F1200 X130 Z-45", "M5", "T1 M6", "G0 X5 Y5 Z0"]
-NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual", "y-fb", "y-raw"]
+NAMES = ["z-operates", "x-switch", "x-other-side", "cia402.0.controlword", "lcec.0.0.cia-statusword", "z-actual", "z-fb", "y-fb", "y-raw"]
 
 
 class Machine(unittest.TestCase):
@@ -350,6 +351,8 @@ class Mixed(Machine):
         index = values["y-raw"] / 1000 - values["y-fb"]  # where the count began again
         self.assertAlmostEqual(index, round(index), delta=0.03)
         self.assertGreater(index, 0.9)
+        self.assertAlmostEqual(values["z-fb"], 0 - JOINTS[2]["offset"], delta=0.001)
+        self.assertGreater(values["z-actual"] / 10000 - values["z-fb"], 1)  # the drive has homed where it stood
         self.assertTrue(values["z-operates"])
         self.assertNotEqual(values["x-switch"], values["x-other-side"])
         self.assertEqual((values["cia402.0.controlword"], values["lcec.0.0.cia-statusword"] & 0x6F), (0x0F, 0x27))
