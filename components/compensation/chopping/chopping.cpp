@@ -40,13 +40,13 @@ struct LearnedRow final : hal::RecordRow<DeadPointLearning::Learned> {
     Field<double> proven{this, record.proven, "proven", "mu/s2",
                          "Largest acceleration that the joint has followed."};
     Field<double> lower_slow{this, record.slow[0], "lower-slow", "mu",
-                             "Distance that the axis turns beyond its command at 82 % of its speed."};
+                             "Distance that the axis turns beyond its command in the last cycle of a climb."};
     Field<double> upper_slow{this, record.slow[1], "upper-slow", "mu",
-                             "Distance that the axis turns beyond its command at 82 % of its speed."};
+                             "Distance that the axis turns beyond its command in the last cycle of a climb."};
     Field<double> lower_shown{this, record.shown[0], "lower-shown", "mu/s2",
-                              "Acceleration of the axis itself after the lower dead point."};
+                              "Acceleration of the axis itself after the lower dead point in this cycle."};
     Field<double> upper_shown{this, record.shown[1], "upper-shown", "mu/s2",
-                              "Acceleration of the axis itself after the upper dead point."};
+                              "Acceleration of the axis itself after the upper dead point in this cycle."};
 };
 
 // The pins of the infeed, with infeed=1.

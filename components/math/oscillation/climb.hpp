@@ -21,13 +21,11 @@ class Climb {
 public:
     static constexpr double slow = 0.2;     // of the speed, in the beginning
     static constexpr double fastest = 1.6;  // rise of the level, where the axis has shown its force
-    // The level of a restart, 82 % of the speed, which a climb visits: six rises.
-    static constexpr double pause = slow * slow * fastest * fastest * fastest * fastest * fastest * fastest;
 
-    // From a factor of the speed.
-    void begin(double factor) noexcept {
-        level_ = brakes_ = before_ = std::min(factor * factor, ceiling_);
-        if (std::abs(level_ - pause) < 1e-9) level_ = brakes_ = before_ = pause;
+    // From a level, of which the axis has shown a part: it brakes by that.
+    void begin(double level, double brakes) noexcept {
+        brakes_ = before_ = std::min(brakes, ceiling_);
+        level_ = std::min({level, fastest * brakes_, ceiling_});
         cautious_ = false;
         reference_level_ = 0;
         known_ = {false, false};
@@ -56,6 +54,17 @@ public:
         ratio_[upper] = done / commanded;
         known_[upper] = true;
     }
+    // Whether the strokes from both ends have shown their force.
+    bool proves() const noexcept {
+        return !complete() && known_[0] && known_[1] &&
+               std::min(ratio_[0], ratio_[1]) >= enough * expected_ratio();
+    }
+
+    // The part of the full acceleration that the axis has shown before; 0: unknown.
+    void expect(double its) noexcept {
+        reference_ = std::clamp(its, 0.2, 1.0);
+        reference_level_ = its > 0 ? 1 : 0;
+    }
 
     // After a cycle at this level whose dead points were good. `growth` is the largest rise of the level that
     // the overshoot permits; length and room are in mu.
@@ -67,7 +76,8 @@ public:
         if (shown) shown_ = level_ * its;
         if (!shown) {
             before_ = brakes_;
-            level_ = brakes_ = std::min(level_ * std::min(careful, growth), ceiling_);
+            brakes_ = std::min(brakes_ * std::min(careful, growth), ceiling_);
+            level_ = std::max(level_, brakes_);
         } else if (its < enough * expected) {
             weaken(level_ * its);
         } else {
@@ -76,21 +86,9 @@ public:
                 reference_level_ = level_;
             }
             before_ = brakes_;
-            const bool arrives = brakes_ < level_ && level_ == pause;
             brakes_ = level_;
-            if (arrives) return;
-            const double next = std::min(level_ * std::min(cautious_ ? careful : fastest, growth), ceiling_);
-            level_ = level_ < pause && next > pause ? pause : next;
+            level_ = std::min(level_ * std::min(cautious_ ? careful : fastest, growth), ceiling_);
         }
-    }
-
-    // Whether it strokes with the level that a restart begins with.
-    bool pauses() const noexcept { return level_ == pause && brakes_ == pause; }
-    // The force of this level has been shown: a stroke brakes by it, too.
-    void finish() noexcept {
-        before_ = brakes_;
-        brakes_ = level_;
-        known_ = {false, false};
     }
 
     // The axis has fallen behind a stroke at this level, which was given up.
@@ -102,7 +100,7 @@ public:
     // A level that was good stays until open().
     void cap(double level) noexcept {
         ceiling_ = std::clamp(level, 1e-4, ceiling_);
-        begin(std::sqrt(ceiling_));
+        begin(ceiling_, ceiling_);
     }
     void cap_before() noexcept { cap(before_ < level_ ? before_ : spare * level_); }
 

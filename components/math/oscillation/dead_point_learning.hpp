@@ -19,9 +19,9 @@ namespace plumb {
 //
 // A new stroke begins inside the dead points by an inset, and slow where its acceleration is above the one
 // that this joint has proven. The speed rises as Climb has it, while the overshoot that is predicted for it
-// stays within the inset. At full speed each measured error corrects its end. Strokes that were learned
-// before are remembered. After a restart they begin at reduced speed. If the axis turns there as it did
-// before, the second cycle has the full speed and shows its force, and what was learned comes into force.
+// stays within the inset. At full speed each measured error corrects its end, by the law of its turns. The
+// turns of strokes that were learned before are remembered. After a restart such a stroke begins at reduced
+// speed, and rises as soon as the axis has shown the force of before.
 class DeadPointLearning {
 public:
     using Stroke = LearnedStrokes::Stroke;
@@ -62,18 +62,6 @@ public:
         trips_ = 0;
         if (limit_ > 0 && limit_ < settings.demand) climb_.cap(limit_ / settings.demand);
         begin();
-        const Learned* known = strokes_.find(stroke);
-        if (!known || !strokes_.proven(stroke) || climb_.capped()) return;
-        for (std::size_t i = 0; i < 2; ++i) {
-            const double its = known->offset[i];
-            offset_[i] = placed(its - first_doubt(its));
-            excess_[i] = -its;
-        }
-        excess_speed_ = {stroke.speed, stroke.speed};
-        refer_to(*known);
-        climb_.begin(1);
-        predicts_ = {false, false};
-        drift_ = drift_from(known->first_offset);
     }
 
     // From the beginning, for the selected stroke: the axis is not the one that learned it.
@@ -171,18 +159,20 @@ public:
                before == (upper ? stroke_.lower : stroke_.upper);
     }
 
-    // The largest accelerations of a stroke that left an end: of the command and of the axis.
-    // True if the ends of the strokes to come have changed.
+    // The largest accelerations of a stroke that left an end: of the command and of the axis. True if the
+    // ends of the strokes to come have changed: a remembered stroke needs no measured cycle for that.
     bool shown(bool upper, double commanded, double done) noexcept {
         climb_.shown(upper, commanded, done);
         commanded_[upper] = commanded;
         shown_[upper] = done;
-        return unshown_ > 0 && confirm(upper);
+        if (!recalls_ || !climb_.proves() || !(known_[0] || known_[1])) return false;
+        known_ = {false, false};
+        rise();
+        return true;
     }
 
     // The axis has fallen behind a stroke, which was given up, while the speed rises.
     void fall_behind() noexcept {
-        unshown_ = 0;
         climb_.fall_behind();
         note_weakness();
     }
@@ -205,6 +195,10 @@ public:
         const bool pauses = !climb_.complete() && turn.leaving <= turn.acceleration;
         turn.starts = predicts_[upper];
         if (laws_[upper].empty() || !pauses) laws_[upper].add(turn, beyond, settings_.most_beyond);
+        if (recalls_ && !laws_[upper].remembers()) {  // the axis is another one
+            laws_[!upper].drop_remembered();
+            recalls_ = false;
+        }
         if (predicts_[upper]) predict(upper);
     }
 
@@ -213,8 +207,8 @@ public:
     Verdict measured(bool upper, double error, double used, double acceleration, double speed,
                      Lengths lengths = {}) noexcept {
         const bool beyond = error > settings_.most_beyond;
-        if (was_learned_ && !beyond && !passed_ && lengths.before > 0 && differs(lengths))
-            return Verdict::none;
+        const bool changes = lengths.before > 0 && differs(lengths);
+        if (was_learned_ && !beyond && !passed_ && changes) return Verdict::none;
         error_[upper] = error;
         excess_[upper] = error - used;
         excess_speed_[upper] = speed;
@@ -222,7 +216,7 @@ public:
         predicts_[upper] = false;
         if (was_learned_) shift_[upper] = excess_[upper] - steady_excess_[upper];
         if (climb_.complete()) {
-            if (!waits(upper)) correct(upper, error, used);
+            if (!waits(upper)) correct(upper, error, used, changes);
             reference_[upper] = acceleration;
         } else if (beyond) {
             offset_[upper] = placed(std::min(offset_[upper], used - error));
@@ -303,16 +297,17 @@ private:
     // Where the joint has proven nothing the ends of its first cycle lie farther inside: a position loop with
     // an integral turns far beyond its command in a slow stroke, too.
     void begin() noexcept {
-        climb_.begin(first_factor());
+        begin_climb();
         const double a = settings_.demand * climb_.level();
         const double most = climb_.level() > slow * slow ? settings_.inset : 10 * settings_.inset;
         offset_[0] = offset_[1] = placed(-std::min(most, 0.05 * length()) - 1.3 * a * overshoot());
         excess_ = excess_speed_ = last_excess_ = {};
-        if (const Learned* known = strokes_.find(stroke_); known && !doubted_) expect(*known);
-        slow_ = force_ = unknown;
         last_turning_ = 0;
         reference_ = lengths_ = slopes_ = {};
         for (TurnLaw& each : laws_) each.begin();
+        slow_ = force_ = {};
+        recalls_ = false;
+        if (const Learned* known = strokes_.find(stroke_); known && !doubted_) recall(*known);
         for (const std::size_t i : {0, 1}) {
             predicts_[i] = at_full_speed() && !laws_[i].empty();
             if (predicts_[i]) predict(i);
@@ -321,18 +316,30 @@ private:
         shift_ = {};
         waited_ = {false, false};
         passed_ = false;
-        cycles_ = good_ = slips_ = unshown_ = 0;
+        cycles_ = good_ = slips_ = 0;
         was_learned_ = false;
         drift_ = 0;
     }
 
-    // A restored stroke begins fast, and so with the lag that it had.
-    void expect(const Learned& known) noexcept {
-        for (std::size_t i = 0; i < 2; ++i)
-            excess_[i] = known.slow == unknown ? -known.offset[i] * climb_.level() : known.slow[i];
+    // What was learned counts as a turn at full speed, and one in the last cycle of a climb, which tells
+    // whether the axis turns as before.
+    void recall(const Learned& known) noexcept {
+        slow_ = known.slow;
+        if (slow_ == std::array<double, 2>{}) return;
+        force_ = known.shown;
+        climb_.expect(std::min(force_[0], force_[1]) / (seen_part * settings_.demand));
+        for (const std::size_t i : {0, 1}) {
+            TurnLaw::Turn fast = turn_of(i != 0, length() + known.offset[0] + known.offset[1]);
+            TurnLaw::Turn first = turn_of(i != 0, whole_length());
+            fast.remembered = first.remembered = true;
+            first.acceleration *= unshown;
+            laws_[i].add(fast, -known.offset[i], settings_.most_beyond);
+            laws_[i].add(first, slow_[i], settings_.most_beyond);
+            excess_[i] = slow_[i];
+        }
         excess_speed_[0] = excess_speed_[1] = stroke_.speed * climb_.factor();
+        recalls_ = true;
     }
-
     int shape() const noexcept { return settings_.even ? 0 : number_; }
 
     // The same turn between strokes of another mean length.
@@ -392,21 +399,24 @@ private:
     }
 
     // At once at full speed where the joint has proven the acceleration since the start. One that it has
-    // proven before that is confirmed by a cycle.
-    double first_factor() const noexcept {
-        if (!(settings_.demand > 0)) return slow;
-        const double now = std::min(nearly * proven_ / settings_.demand, 1.0);
-        const double before =
-            doubted_ ? 0 : std::min(nearly * strokes_.largest_proven() / settings_.demand, 1.0);
-        return std::max(std::sqrt(std::max(now, before * Climb::pause)), slow);
+    // proven before that is shown again by a cycle, which brakes by less.
+    void begin_climb() noexcept {
+        const auto part = [&](double its) {
+            return settings_.demand > 0 ? std::min(nearly * its / settings_.demand, 1.0) : 0;
+        };
+        const double now = part(proven_), before = doubted_ ? 0 : part(strokes_.largest_proven());
+        constexpr double least = slow * slow;
+        const double level = std::max({now, before * unshown, least});
+        climb_.begin(level, level);
     }
 
     // A learned end by a part of its error, any other one by the law of its turns. At most half of the error
     // is a doubt, so that a small one ends.
-    void correct(bool upper, double error, double used) noexcept {
+    void correct(bool upper, double error, double used, bool changes) noexcept {
         const TurnLaw& law = laws_[upper];
         const bool within = std::abs(error) <= settings_.tolerance;
-        const bool gently = law.empty() || ((was_learned_ || within) && error <= settings_.most_beyond);
+        const bool gently =
+            law.empty() || ((was_learned_ || (within && !changes)) && error <= settings_.most_beyond);
         const TurnLaw::Turn turn = law.empty() ? turn_of(upper, length()) : law.last();
         const double others = length() + offset_[!upper];
         double its = used - (gently ? settings_.gain : 1) * error;
@@ -447,8 +457,6 @@ private:
         const Learned* known = strokes_.find(stroke_);
         const std::array<double, 2> first = known ? known->first_offset : offset_;
         drift_ = drift_from(first);
-        if (known && slow_ == unknown) slow_ = known->slow;
-        if (known && force_ == unknown) force_ = known->shown;
         strokes_.remember(
             {stroke_, offset_, first, std::min(reference_[0], reference_[1]), proven_, slow_, force_});
         return Verdict::none;
@@ -493,24 +501,20 @@ private:
             slope = std::max(slope, excess_[i] / now);
             if (now - last_turning_ > 0.05 * now && last_turning_ > 0)
                 slope = std::max(slope, (excess_[i] - last_excess_[i]) / (now - last_turning_));
-            offset_[i] = placed(-settings_.inset - std::max(excess_[i], 0.0));
+            offset_[i] = placed(-settings_.inset - std::max({excess_[0], excess_[1], 0.0}));
         }
         last_turning_ = now;
         last_excess_ = excess_;
         const double level = climb_.level();
-        double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
-        if (climb_.pauses()) slow_ = excess_;
-        if (level >= 1) force_ = shown_;
-        const bool same = climb_.pauses() && is_as_remembered();
-        if (same) {
-            growth = Climb::fastest;
-            for (std::size_t i = 0; i < 2; ++i)
-                offset_[i] = placed(std::min(offset_[i], remembered(i) - settings_.inset));
+        const double growth = slope > 0 ? 1 + settings_.inset / (1.3 * slope * level) : Climb::fastest;
+        if (!recalls_ && level >= 1 && std::abs(climb_.braking() - unshown) < 0.01) {
+            slow_ = excess_;
+            force_ = shown_;
         }
         climb_.rise(growth, length(), room());
         note_weakness();
-        unshown_ = same && climb_.level() >= 1 && !climb_.complete() ? 2 : 0;
-        if (climb_.complete() && !climb_.capped() && !doubted_) take_up(1 / now);
+        if (at_full_speed())
+            for (const bool upper : {false, true}) predict(upper);
     }
 
     void note_weakness() noexcept {
@@ -519,81 +523,6 @@ private:
         limit_ = climb_.ceiling() * settings_.demand;
     }
 
-    // What was learned before a restart, not farther out than the axis at reduced speed predicts, with a
-    // reserve of 30 %.
-    void take_up(double growth) noexcept {
-        const Learned* known = strokes_.find(stroke_);
-        if (!known) return;
-        for (std::size_t i = 0; i < 2; ++i) {
-            const double predicted = growth * excess_[i] * (excess_[i] < 0 ? 0.7 : 1.3);
-            offset_[i] = placed(std::min(known->offset[i], -predicted));
-        }
-        refer_to(*known);
-    }
-
-    // Mu, by which the first stroke to a remembered end ends inside: it is shorter than the next ones.
-    double first_doubt(double correction) const noexcept {
-        return (1 - again) * std::max(correction, 0.0) + 0.02 * settings_.inset;
-    }
-
-    // The corrections are those of a remembered stroke, which counts as the first turn at each end.
-    void refer_to(const Learned& known) noexcept {
-        reference_ = {known.reversal, known.reversal};
-        const double whole = length() + known.offset[0] + known.offset[1];
-        for (const std::size_t i : {0, 1}) {
-            TurnLaw::Turn turn = turn_of(i != 0, whole);
-            turn.remembered = true;
-            laws_[i].add(turn, -known.offset[i], settings_.most_beyond);
-            aim(i != 0, offset_[i], turn);
-        }
-    }
-
-    // Whether the axis turns at reduced speed as it did before the restart.
-    bool is_as_remembered() noexcept {
-        const Learned* known = strokes_.find(stroke_);
-        if (!known || doubted_ || known->slow == unknown || known->shown == unknown) return false;
-        for (std::size_t i = 0; i < 2; ++i) {
-            differs_[i] = excess_[i] - known->slow[i];
-            const double close = settings_.most_beyond + 0.02 * std::abs(known->slow[i]);
-            if (std::abs(differs_[i]) > close) return false;
-        }
-        return true;
-    }
-
-    // A restored stroke at full speed that has the acceleration of before: the next one brakes by it at this
-    // end. Its first stroke is shorter, and ends a little inside.
-    bool confirm(bool upper) noexcept {
-        --unshown_;
-        const Learned& known = *strokes_.find(stroke_);
-        const double before = known.shown[upper];
-        const bool shows = shown_[upper] >= as_before * before;
-        if (climb_.complete()) {  // its command has less than before, as the stroke is longer
-            const double less = std::min(commanded_[upper] / first_commanded_, 1.0);
-            if (shown_[upper] >= nearly_as_before * less * before) return false;
-            doubted_ = true;
-            begin();
-            return true;
-        }
-        if (!shows) {
-            fall_behind();
-            return false;
-        }
-        climb_.finish();
-        first_commanded_ = commanded_[upper];
-        for (std::size_t i = 0; i < 2; ++i) offset_[i] = placed(remembered(i));
-        offset_[upper] -= first_doubt(offset_[upper]);
-        refer_to(known);
-        return true;
-    }
-
-    // Mu, the end that was learned before the restart, inside by the growth of a difference at reduced speed.
-    double remembered(std::size_t i) const noexcept {
-        const double grown = std::max(differs_[i], 0.0) / (Climb::pause * Climb::pause);
-        return strokes_.find(stroke_)->offset[i] - grown - std::abs(differs_[i]) / 2;
-    }
-
-    static constexpr std::array<double, 2> unknown{};
-
     double drift_from(const std::array<double, 2>& first) const noexcept {
         return std::max(std::abs(offset_[0] - first[0]), std::abs(offset_[1] - first[1]));
     }
@@ -601,8 +530,7 @@ private:
     static constexpr double seen_part = 0.95;       // of the peak of a crank, in a mean of 30 degrees
     static constexpr double nearly = 1.1;           // times the proven acceleration is proven, too
     static constexpr double largest_growth = 0.05;  // of the length
-    static constexpr double again = 0.975;          // of a correction, in the first stroke of a region
-    static constexpr double as_before = 0.96, nearly_as_before = 0.92;  // of an acceleration
+    static constexpr double unshown = 0.671;        // of an acceleration that was proven before the start
 
     Settings settings_;
     Stroke stroke_;
@@ -621,7 +549,6 @@ private:
     std::array<double, 2> excess_{}, excess_speed_{};  // of the last dead points: beyond the command; speed
     std::array<double, 2> last_excess_{};              // at the level before
     std::array<double, 2> commanded_{}, shown_{};      // mu/s2, of the last strokes from both ends
-    double first_commanded_ = 0;                       // of the first one of a restored stroke at full speed
     std::array<bool, 2> known_{};
     std::array<double, 2> reference_{};  // mu/s2, of the reversals whose ends were corrected
     std::array<double, 2> lengths_{};    // mu, of the strokes for which the offsets are; 0: any
@@ -629,14 +556,13 @@ private:
     std::array<TurnLaw, 2> laws_{};
     std::array<bool, 2> predicts_{};  // the end is predicted, and not measured yet
     double last_turning_ = 0, drift_ = 0;
-    double proven_ = 0;                // mu/s2, of this joint since the start
-    double per_acceleration_ = 0;      // s2, the overshoot of this joint
-    double limit_ = 0;                 // mu/s2, of the last good speed, until open(); 0: none
-    std::array<double, 2> slow_{};     // mu, beyond the command at the reduced speed of a restart
-    std::array<double, 2> force_{};    // mu/s2, shown_ in the last cycle before full speed
-    std::array<double, 2> differs_{};  // mu, of that since the restart
+    double proven_ = 0;            // mu/s2, of this joint since the start
+    double per_acceleration_ = 0;  // s2, the overshoot of this joint
+    // Of the last cycle of a climb: mu, beyond the command; mu/s2, of the axis itself.
+    std::array<double, 2> slow_{}, force_{};
+    bool recalls_ = false;  // the stroke was learned before
+    double limit_ = 0;      // mu/s2, of the last good speed, until open(); 0: none
     int cycles_ = 0, good_ = 0, trips_ = 0, slips_ = 0;
-    int unshown_ = 0;  // strokes of a restored axis that have to show their acceleration
 };
 
 }  // namespace plumb

@@ -29,9 +29,9 @@ public:
         std::array<double, 2> offset{}, first_offset{};  // mu, now, and when it was first learned
         double reversal = 0;                             // mu/s2, the acceleration at the dead points
         double proven = 0;  // mu/s2, the largest one that the joint has shown; 0 in an old record
-        // Mu, by which the axis turns beyond its command at the speed of a restart; 0 in an old record.
+        // Mu, by which the axis turns beyond its command in the last cycle of a climb; 0: unknown.
         std::array<double, 2> slow{};
-        // Mu/s2, of the axis itself after the ends, in the last cycle before full speed; 0 in an old record.
+        // Mu/s2, of the axis itself after the ends, in this cycle; 0: unknown.
         std::array<double, 2> shown{};
 
         // False for NaN too.

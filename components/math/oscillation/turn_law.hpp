@@ -75,6 +75,18 @@ public:
         return std::any_of(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(count_), its);
     }
 
+    // Whether there are remembered turns, and without them: the axis is another one.
+    bool remembers() const noexcept {
+        const auto its = [](const Measured& each) { return each.turn.remembered; };
+        return std::any_of(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(count_), its);
+    }
+    void drop_remembered() noexcept {
+        const auto end = turns_.begin() + static_cast<std::ptrdiff_t>(count_);
+        const auto its = [](const Measured& each) { return each.turn.remembered; };
+        count_ = static_cast<std::size_t>(std::remove_if(turns_.begin(), end, its) - turns_.begin());
+        oldest_ = 0;
+    }
+
     // A measured turn. It takes the place of a like one, or else of the oldest. `unit` is the smallest length
     // that counts, mu.
     void add(const Turn& turn, double beyond, double unit) noexcept {
@@ -84,8 +96,9 @@ public:
             const Prediction its = predict(turn, unit);
             const double apart = std::abs(beyond - its.beyond);
             surprise_ = apart > its.doubt - surprise_ ? apart : 0;
-            odd_ |= surprise_ > unit;
-            if (surprise_ > unit) drop_remembered();
+            const bool other = surprise_ > unit + (remembers() ? retained * std::abs(beyond) : 0);
+            odd_ |= other;
+            if (other) drop_remembered();
         }
         std::size_t place = 0;
         while (place < count_ &&
@@ -138,13 +151,6 @@ public:
     }
 
 private:
-    void drop_remembered() noexcept {
-        const auto end = turns_.begin() + static_cast<std::ptrdiff_t>(count_);
-        const auto its = [](const Measured& each) { return each.turn.remembered; };
-        count_ = static_cast<std::size_t>(std::remove_if(turns_.begin(), end, its) - turns_.begin());
-        oldest_ = 0;
-    }
-
     static constexpr std::size_t size = 5;
     using Matrix = Eigen::Matrix<double, size, size>;
     using Vector = Eigen::Matrix<double, size, 1>;
@@ -174,6 +180,7 @@ private:
     static constexpr double quicker = 1.1;                 // w^2, than all turns
     static constexpr double strange = 0.1;                 // of a turn, at a distance of 1 from all others
     static constexpr double relative = 0.03;               // sigma of a turn at this distance
+    static constexpr double retained = 0.02;               // of a turn, what a remembered one is wrong by
     static constexpr double least = 0.02, starting = 0.3;  // sigma, in units, of a turn; of the first one
     // Sigma of the slope: of the power of the length with which a turn goes, and mu for each mu.
     static constexpr double usual_power = 0.2, odd_slope = 0.08, odd_lag_slope = 0.02;
