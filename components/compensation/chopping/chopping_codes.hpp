@@ -86,8 +86,8 @@ constexpr const char* sentence(Fault fault) {
             return "The max-offset is below the present offset; the last good one stays in force until the "
                    "offset is within the new one.";
         case Fault::withdrawing:
-            return "The stroke was refused: the axis was on its way to position. Set run false, and start "
-                   "again.";
+            return "The stroke was refused: the last strokes had not ended, or the axis was on its way to "
+                   "position. Set run false, and start again.";
         case Fault::slips:
             return "The scale slips: its reading jumped, or both measured dead points moved the same way. "
                    "Check the scale, and home the joint again; nothing was learned, and no stroke begins "

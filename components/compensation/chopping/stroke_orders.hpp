@@ -46,7 +46,7 @@ public:
         double crossing_position = 0, crossing_at = 0, farthest = 0;  // mu
     };
 
-    // The orders of a period. An order to go to the end goes before a start.
+    // The orders of a period.
     struct Now {
         bool starts = false, returns = false, shifts = false;  // in this period
         bool run = false;                                      // the bit itself
@@ -62,7 +62,7 @@ public:
         now.run = given.run;
         now.permitted = given.enable;
         now.returns = end_.rises(given.go_to_end);
-        now.starts = run_.rises(given.run) && !now.returns;
+        now.starts = run_.rises(given.run);
         watch_program(given, now.starts, dt);
         now.ended = ended_;
         now.ordered = given.run && !ended_;

@@ -189,11 +189,11 @@ private:
             motion_.fail();
         }
         if (now.given.released) release();
-        if (orders.starts && motion_.state() == StrokeMotion::State::returning)
-            faults_.happen(Fault::withdrawing);
+        const bool late = orders.starts && (motion_.moves() || orders.returns);
+        if (late && !motion_.failed()) faults_.happen(Fault::withdrawing);
         leaves_ = values().clear() != Oscillation::Stop::none && (orders.ended || words_.aborts());
         watch_wheel(now, dt);
-        if (orders.starts && !motion_.moves()) start(now, dt);
+        if (orders.starts && !late) start(now, dt);
         if (orders.returns && !motion_.moves() && ready(now) && now.known) return_to_end(now, dt);
         if (orders.shifts && motion_.moves()) take_over(dt);
     }

@@ -82,6 +82,29 @@ TEST_F(StrokingAxisTest, AStartThatIsNotReadyIsRefusedUntilTheNextOne) {
     EXPECT_EQ(it.fault(), Fault::none);
 }
 
+TEST_F(StrokingAxisTest, AStartBeforeTheLastStrokesHaveEndedIsRefusedWithItsReason) {
+    start();
+    run(0.3);
+    now.orders.run = false;
+    run(0.01);
+    ASSERT_TRUE(it.moves());
+    now.orders.run = true;
+    run(3);
+    EXPECT_EQ(it.fault(), Fault::withdrawing);
+    EXPECT_TRUE(it.at_end());
+    now.orders.run = false;
+    step();
+    start();
+    EXPECT_EQ(it.fault(), Fault::none);
+}
+
+TEST_F(StrokingAxisTest, AStartInThePeriodOfAnOrderToTheEndIsRefusedWithItsReason) {
+    now.orders.run = now.orders.go_to_end = true;
+    run(1);
+    EXPECT_EQ(it.fault(), Fault::withdrawing);
+    EXPECT_TRUE(it.at_end());
+}
+
 TEST_F(StrokingAxisTest, MachineOffStopsItAtOnceAndOnMovesNothing) {
     start();
     run(0.1);
