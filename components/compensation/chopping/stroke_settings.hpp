@@ -203,10 +203,6 @@ struct StrokeSettings : hal::Settings {
     // Between these dead points, at the full speed.
     Oscillation::Settings planned(double low, double high) const noexcept {
         Oscillation::Settings its;
-        plan(its, low, high);
-        return its;
-    }
-    void plan(Oscillation::Settings& its, double low, double high) const noexcept {
         its.lower = low;
         its.upper = high;
         its.speed = peak_speed(high - low);
@@ -224,6 +220,7 @@ struct StrokeSettings : hal::Settings {
         its.ending = ending();
         its.clear = clear();
         its.sections = sections();
+        return its;
     }
 
     std::size_t jerk_samples(double dt) const noexcept {
@@ -260,9 +257,9 @@ struct StrokeSettings : hal::Settings {
         its.demand = demand(length);
         its.reversal = {OscillationLeg::reversal(base, low, its_stroke),
                         OscillationLeg::reversal(base, high, its_stroke)};
-        its.crank = std::min(its.reversal[0], its.reversal[1]) / base.peak_acceleration();
         its.shortness = {shortness(base, false), shortness(base, true)};
-        its.stretching = its.crank < 1 ? 0 : its_stroke.timed ? 1 : -1;
+        const bool crank = std::min(its.reversal[0], its.reversal[1]) >= base.peak_acceleration();
+        its.stretching = !crank ? 0 : its_stroke.timed ? 1 : -1;
         its.even = even() && !(lower_dwell > 0 || upper_dwell > 0 || exact_stop > 0);
         return its;
     }

@@ -37,7 +37,6 @@ public:
         double most_beyond = 0;            // mu, beyond a dead point
         double demand = 0;                 // mu/s2, the largest acceleration of the stroke at full speed
         std::array<double, 2> reversal{};  // mu/s2, at the dead points at full speed
-        double crank = 1;                  // that acceleration, to that of a crank of the same speed
         int stretching = -1;               // the power of the length with which it goes
         // The length, to the way from the last change of speed to an end.
         std::array<double, 2> shortness{1, 1};
@@ -66,7 +65,6 @@ public:
 
     // From the beginning, for the selected stroke: the axis is not the one that learned it.
     void restart() noexcept {
-        strokes_.doubt(stroke_);
         forget_turns();
         proven_ = 0;
         doubted_ = true;
@@ -352,7 +350,7 @@ private:
     }
     TurnLaw::Turn turn_of(bool upper, double length_now) const noexcept {
         const double its = settings_.reversal[upper];
-        return stretched({its, its, length(), settings_.crank, shape()}, length_now);
+        return stretched({its, its, length(), shape()}, length_now);
     }
     TurnLaw::Prediction predicted(bool upper, const TurnLaw::Turn& turn) const noexcept {
         return laws_[upper].predict(turn, settings_.most_beyond);
@@ -513,7 +511,7 @@ private:
         }
         climb_.rise(growth, length(), room());
         note_weakness();
-        if (at_full_speed())
+        if (at_full_speed() && recalls_)
             for (const bool upper : {false, true}) predict(upper);
     }
 

@@ -55,14 +55,6 @@ public:
         return place < count_ ? &(*this)[place] : nullptr;
     }
 
-    // Whether this axis has reached the dead points with it since the start. Requires a stroke of the list.
-    bool proven(const Stroke& stroke) const noexcept {
-        return proven_[static_cast<std::size_t>(place_of(stroke))];
-    }
-    void doubt(const Stroke& stroke) noexcept {
-        if (find(stroke)) proven_[static_cast<std::size_t>(place_of(stroke))] = false;
-    }
-
     // Mu/s2, of the joint, in any stroke; 0 if there is none.
     double largest_proven() const noexcept {
         double largest = 0;
@@ -87,13 +79,13 @@ public:
             place = oldest_;
             oldest_ = (oldest_ + 1) % most;
         }
-        put(place, learned, true);
+        put(place, learned);
     }
 
     // From before the start; false if it is impossible, already there, or too many.
     bool restore(const Learned& learned) noexcept {
         if (!learned.valid() || find(learned.stroke) || count_ == most) return false;
-        put(count_, learned, false);
+        put(count_, learned);
         return true;
     }
 
@@ -107,14 +99,12 @@ private:
         return i;
     }
 
-    void put(int place, const Learned& learned, bool proven) noexcept {
+    void put(int place, const Learned& learned) noexcept {
         count_ = std::max(count_, place + 1);
         list_[static_cast<std::size_t>(place)] = learned;
-        proven_[static_cast<std::size_t>(place)] = proven;
     }
 
     std::array<Learned, most> list_{};
-    std::array<bool, most> proven_{};
     int count_ = 0, oldest_ = 0;
 };
 

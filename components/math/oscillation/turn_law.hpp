@@ -36,7 +36,6 @@ public:
         double acceleration = 0;  // mu/s2, of the command that brakes
         double leaving = 0;       // mu/s2, of the command that leaves
         double length = 0;        // mu, mean of the strokes before and after it
-        double crank = 1;         // the acceleration, to that of a crank of the same speed
         int shape = 0;            // of the stroke: 0 even, another number for each set of sections
         bool starts = false;      // the start is still in it
         bool remembered = false;  // from before a restart: until a turn of this axis is a surprise
@@ -90,8 +89,7 @@ public:
     // A measured turn. It takes the place of a like one, or else of the oldest. `unit` is the smallest length
     // that counts, mu.
     void add(const Turn& turn, double beyond, double unit) noexcept {
-        if (!(turn.acceleration > 0 && turn.length > 0 && turn.crank > 0 && std::abs(beyond) < farthest))
-            return;
+        if (!(turn.acceleration > 0 && turn.length > 0 && std::abs(beyond) < farthest)) return;
         if (!turn.remembered && knows(turn.shape)) {
             const Prediction its = predict(turn, unit);
             const double apart = std::abs(beyond - its.beyond);
@@ -170,8 +168,7 @@ private:
 
     static double distance(const Turn& a, const Turn& b) noexcept {
         const auto apart = [](double x, double y) { return std::abs(std::log(x / y)); };
-        return apart(a.acceleration, b.acceleration) + apart(a.length, b.length) +
-               3 * apart(a.crank, b.crank);
+        return apart(a.acceleration, b.acceleration) + apart(a.length, b.length);
     }
 
     static constexpr double farthest = 1e6;  // mu

@@ -17,7 +17,7 @@ double beyond(const TurnLaw::Turn& turn, double T, double c) {
 }
 
 TurnLaw::Turn crank(double acceleration, double length) {
-    return {acceleration, acceleration, length, 1};
+    return {acceleration, acceleration, length};
 }
 
 TEST(TurnLaw, PredictsOtherStrokesOfALinearAxisWithinItsDoubt) {
@@ -67,7 +67,7 @@ TEST(TurnLaw, StrokesThatBrakeGentlyPredictOneThatDoesNot) {
     TurnLaw law;
     const auto turn = [](const TurnLaw::Turn& its) { return -2e-4 * its.acceleration - 5e-5 * its.leaving; };
     for (double level = 64; level < 700; level *= 1.6) {
-        const TurnLaw::Turn its{level / 1.6, level, 40, 1};
+        const TurnLaw::Turn its{level / 1.6, level, 40};
         law.add(its, turn(its), unit);
     }
     law.add(crank(40, 40), turn(crank(40, 40)), unit);
@@ -86,15 +86,15 @@ TEST(TurnLaw, CoversTheFrequenciesOfItsTurnsAndTheLowerOnesWithItsSections) {
     EXPECT_TRUE(law.covers(crank(1050, 50))) << "nearly";
     EXPECT_FALSE(law.covers(crank(1200, 50)));
     EXPECT_FALSE(law.covers(crank(900, 25))) << "less acceleration, but quicker";
-    EXPECT_FALSE(law.covers({500, 500, 50, 1, 7})) << "with sections";
-    law.add({400, 400, 50, 1, 7}, -0.1, unit);
-    EXPECT_TRUE(law.covers({500, 500, 50, 1, 7}));
+    EXPECT_FALSE(law.covers({500, 500, 50, 7})) << "with sections";
+    law.add({400, 400, 50, 7}, -0.1, unit);
+    EXPECT_TRUE(law.covers({500, 500, 50, 7}));
 }
 
 TEST(TurnLaw, ATurnBesideASectionReplacesAllEvenOnes) {
     TurnLaw law;
     for (double part = 0.04; part < 1.01; part *= 1.6) law.add(crank(1000 * part, 40), -0.5 * part, unit);
-    const TurnLaw::Turn section{1000, 1000, 40, 1, 7};
+    const TurnLaw::Turn section{1000, 1000, 40, 7};
     EXPECT_NEAR(law.predict(section, unit).beyond, -0.5, 0.05);
     law.add(section, 0.3, unit);
     EXPECT_EQ(law.surprise(), 0) << "no even stroke explains it";
@@ -106,7 +106,7 @@ TEST(TurnLaw, ATurnBesideASectionReplacesAllEvenOnes) {
 TEST(TurnLaw, TwoTurnsGiveTheSlopeBesideASection) {
     for (const double at_100 : {-5.0, -0.2, 0.2, 2.0})
         for (const double falls : {0.1, 0.5, 1.0}) {
-            const auto its = [&](double length) { return TurnLaw::Turn{1000, 1000, length, 1, 7}; };
+            const auto its = [&](double length) { return TurnLaw::Turn{1000, 1000, length, 7}; };
             const auto truth = [&](double length) { return at_100 * std::pow(100 / length, falls); };
             TurnLaw law;
             law.add(its(96), truth(96), unit);
@@ -159,9 +159,8 @@ TEST(TurnLaw, TheFirstTurnAfterAStartIsDoubted) {
 TEST(TurnLaw, NothingImpossibleIsAdded) {
     TurnLaw law;
     for (const double bad : {0.0, -1.0, std::nan("")}) {
-        law.add({bad, 1, 40, 1}, 0, unit);
-        law.add({1, 1, bad, 1}, 0, unit);
-        law.add({1, 1, 40, bad}, 0, unit);
+        law.add({bad, 1, 40}, 0, unit);
+        law.add({1, 1, bad}, 0, unit);
         if (std::isnan(bad)) law.add(crank(1, 40), bad, unit);
     }
     EXPECT_TRUE(law.empty());
