@@ -961,7 +961,7 @@ TEST_F(Learned, AnAxisThatGoesBeyondStartsLearningAgain) {
     EXPECT_EQ(get("fault-code"), 13);
     EXPECT_LT(get("speed-factor"), 1);
     bench.run(3);
-    bench.expect("u <= -7.999 && l >= -20.002", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
+    bench.expect("u <= -7.999 && l >= -20.001", {{"u", "axis.truth-upper"}, {"l", "axis.truth-lower"}});
     bench.run(30);
     EXPECT_EQ(get("learned"), 1);
 }

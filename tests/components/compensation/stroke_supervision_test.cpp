@@ -208,7 +208,7 @@ TEST_F(Supervision, AnAxisThatFallsBehindWhileTheSpeedRisesIsHeldForHalfASecond)
     start();
     for (int i = 0; i < 60 / dt && it.learning().speed_factor() < 0.5; ++i) step();
     ASSERT_FALSE(it.learning().learned());
-    while (std::abs(motion.leading().velocity()) < 0.95 * in_force.speed(it.part(values))) step();
+    while (std::abs(motion.leading().velocity()) < 0.9 * in_force.speed(it.part(values))) step();
     const auto follows = axis;
     axis = [](double, double at) { return at; };
     while (!it.recovers() && time < 60) step();
