@@ -6,13 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <regex>
 
+#include "drivers.hpp"
 #include "hal/host/functions.hpp"
 #include "hal/host/rtapi.hpp"
 #include "hal/host/watchdog.hpp"
@@ -98,13 +98,6 @@ bool set_parameter(void* handle, std::string text, Texts& texts) {
     return true;
 }
 
-// Whether a module has looked for its hardware in vain.
-bool misses_hardware(int result) {
-    constexpr std::array errors{ENODEV, ENXIO,  EPERM,       ENOENT,       EACCES,
-                                EIO,    EAGAIN, ENETUNREACH, EHOSTUNREACH, ETIMEDOUT};
-    return std::find(errors.begin(), errors.end(), -result) != errors.end();
-}
-
 }  // namespace
 
 Modules::Modules(std::vector<std::string> folders, std::vector<std::string> options,
@@ -183,7 +176,7 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
     void* const handle = dlopen(file_of(name).c_str(), RTLD_GLOBAL | RTLD_NOW);
     if (handle == nullptr) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: dlopen: %s\n", name.c_str(), dlerror());
-        if (access(file_of(name).c_str(), F_OK) != 0) name_models(name);
+        name_models(name);
         return -1;
     }
     auto* const main = symbol<int (*)()>(handle, "rtapi_app_main");
@@ -207,7 +200,7 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
     if (result < 0) {
         rtapi_print_msg(RTAPI_MSG_ERR, "%s: rtapi_app_main: %s (%d)\n", name.c_str(), std::strerror(-result),
                         result);
-        if (misses_hardware(result)) name_models(name);
+        name_models(name);
         dlclose(handle);
         return result;
     }
@@ -216,9 +209,9 @@ int Modules::load_file(const std::string& name, const std::vector<std::string>& 
 }
 
 void Modules::name_models(const std::string& name) const {
-    if (models_.given()) return;
+    if (models_.given() || !std::regex_match(name, std::regex(drivers))) return;
     rtapi_print_msg(RTAPI_MSG_ERR,
-                    "%s: run without this hardware or module: plumb run --models, plumb bench --models\n",
+                    "%s: run without this hardware: plumb run --models, plumb bench --models\n",
                     name.c_str());
 }
 

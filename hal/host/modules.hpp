@@ -60,7 +60,7 @@ private:
     Module* find(const std::string& name);
     std::string file_of(const std::string& name) const;
     void unload(Module module);
-    // Tells the user how to run without a module that does not load here.
+    // Tells the user how to run without a driver that does not load here.
     void name_models(const std::string& name) const;
     void end_without_modules();
     int load_file(const std::string& name, const std::vector<std::string>& parameters);

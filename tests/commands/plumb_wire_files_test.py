@@ -811,8 +811,8 @@ class Ends(unittest.TestCase):
         self.assertEqual(select.select([master], [], [], 0)[0], [])
 
     def test_the_last_words_are_those_before_linuxcnc_reports_its_end(self):
-        said = ["./m.hal:%d: no" % line for line in range(1, 31)] + ["waits" + 500 * ".", "Shutting down and cleaning up LinuxCNC...", "log:"]
-        self.assertEqual(trial.last_words("\n".join(said)).split("\n"), ["  ./m.hal:%d: no" % line for line in range(20, 31)] + ["  waits..."])
+        said = ["./m.hal:%d: no" % line for line in range(1, 61)] + ["waits" + 500 * ".", "Shutting down and cleaning up LinuxCNC...", "log:"]
+        self.assertEqual(trial.last_words("\n".join(said)).split("\n"), ["  ./m.hal:%d: no" % line for line in range(22, 61)] + ["  waits..."])
 
 
 class Sandbox(unittest.TestCase):

@@ -106,7 +106,7 @@ class EveryRunEnds(unittest.TestCase):
                 self.assertEqual(status, 1, output)
                 self.assertIn("The virtual-time host has no hardware", output)
                 self.assertRegex(output, "hm2_eth: rtapi_app_main: ")
-                self.assertIn("hm2_eth: run without this hardware or module: plumb run --models, plumb bench --models", output)
+                self.assertIn("hm2_eth: run without this hardware: plumb run --models, plumb bench --models", output)
 
 
 if __name__ == "__main__":

@@ -158,9 +158,6 @@ class Wire:
         self.added = []  # (section, name, value) of the INI file
         self.written = None
         self.inline = forbid_names(self.ini_path, self.fresh_ini())
-        if self.fresh_ini().get("EMC", "VERSION") != INI_VERSION:
-            sentence = "%s is an INI file of LinuxCNC 2.7 or before: its [EMC]VERSION is not %s. LinuxCNC converts it: update_ini %s"
-            raise Impossible(wrapped(sentence % (os.path.basename(self.ini_path), INI_VERSION, shlex.quote(self.ini_path))))
         if " " in self.home and any(function.subroutines for function in self.functions):
             names = ", ".join(function.name for function in self.functions if function.subroutines)
             sentence = "LinuxCNC opens no subroutine in a path with a blank, and %s has some: rename %s."
@@ -187,6 +184,9 @@ class Wire:
 
     def run(self):
         ini = self.fresh_ini()
+        if ini.get("EMC", "VERSION") != INI_VERSION:
+            sentence = "%s is an INI file of LinuxCNC 2.7 or before: its [EMC]VERSION is not %s. LinuxCNC converts it: update_ini %s"
+            raise Impossible(wrapped(sentence % (os.path.basename(self.ini_path), INI_VERSION, shlex.quote(self.ini_path))))
         joints = self.given_joints or joints_by_coordinates(ini)
         self.check_axes(joints, ini)
         self.check_codes(ini)

@@ -23,7 +23,7 @@ PATIENCE = 300  # s of this computer's time
 MODULE_PATIENCE = 10
 WRONG_NAME = b"Did you specify the correct name via 'loadusr -Wn'?"  # of halcmd, when another component has come
 NAME_PATIENCE = 30  # s from then on
-MOST_WORDS = 12  # lines
+MOST_WORDS = 40  # lines
 NOISE = ("Running with fallback_uid", "tool_mmap_close", "task: ", "link (updating", "Found file", "Starting LinuxCNC", "Machine configuration file")
 WRITTEN = (("RS274NGC", "PARAMETER_FILE"), ("EMCIO", "TOOL_TABLE"), ("TRAJ", "POSITION_FILE"))  # LinuxCNC writes these
 # Variables by which a program reaches another that runs outside the trial.
@@ -120,7 +120,7 @@ class Trial:
             raise Impossible(sentence + "\n" + last_words(output))
         if not os.path.exists(result):
             words = last_words(output) or "linuxcnc ended with %d" % status
-            if "Read-only file system" in words:
+            if "Read-only file system" in output:
                 words += "\n" + wrapped("In the trial, programs can write only into %s, HOME and /tmp." % self.ini.folder)
             raise NotStarted(words)
         return json.loads(writing.read(self.own, "result.json"))

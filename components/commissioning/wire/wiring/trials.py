@@ -20,6 +20,7 @@ BASIC_STEPS = 4  # of a trial: on, home, order, program
 # A busy computer can stop LinuxCNC's programs for longer than a loss takes.
 PATIENCE = "".join("setp interlock.service-timeout-%d 60\n" % service for service in (1, 4, 5))
 ACTING = "setp interlock.commissioning false\n"  # the trial is what plumb commission does on the machine
+SHOWN_WORDS = 12  # lines of LinuxCNC's
 ATTEMPTS = 30  # to find types and directions of the pins of a driver
 
 
@@ -159,9 +160,9 @@ def lacks_kinematics(words, ini):
 
 
 def advised(error, ini):
-    """What to do, or else LinuxCNC's words."""
+    """What to do, or else LinuxCNC's last words."""
     advice = remedy(str(error), ini)
-    return wrapped(advice) if advice else str(error)
+    return wrapped(advice) if advice else "\n".join(str(error).split("\n")[-SHOWN_WORDS:])
 
 
 def joints(ini):
