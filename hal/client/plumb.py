@@ -328,7 +328,7 @@ class Host:
 
     def _receive(self):
         while b"\n" not in self._unread:
-            ready = select.select([self._control] + ([self._output] if self._output else []), [], [])[0]
+            ready = self._ready()
             if self._output in ready:
                 self._listen()
             if self._control in ready:
@@ -341,6 +341,16 @@ class Host:
                 self._unread += received
         line, self._unread = self._unread.split(b"\n", 1)
         return json.loads(line)
+
+    def _ready(self):
+        """The sockets and pipes with words. Going to sleep takes longer than the answer to a short request."""
+        ends = [self._control] + ([self._output] if self._output else [])
+        awake = time.monotonic() + 2e-5
+        while time.monotonic() < awake:
+            ready = select.select(ends, [], [], 0)[0]
+            if ready:
+                return ready
+        return select.select(ends, [], [])[0]
 
     def _listen(self):
         """Takes in the output of the host."""

@@ -105,7 +105,7 @@ private:
     Server server_;
     std::optional<PrivateFiles> files_;
     std::optional<Server::Connection> runner_;  // the connection that waits for the end of the run
-    std::chrono::steady_clock::time_point last_progress_;
+    std::chrono::steady_clock::time_point last_progress_, answered_;
     std::set<std::string> settable_;  // inputs, and parameters that can be written, as halcmd lists them
     unsigned long settable_at_ = 0;   // state of HAL for which that holds
     bool realtime_ = false;           // LinuxCNC 2.10 asks whether it is started, which a host always is
