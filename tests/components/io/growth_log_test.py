@@ -105,8 +105,7 @@ class GrowthLog(unittest.TestCase):
             self.assertLess(time.monotonic(), end, what)
             if tick:
                 self.host.run(0.5)
-            else:
-                time.sleep(0.005)
+            time.sleep(0.005)
 
     def get(self, name):
         return self.host.get(name)
