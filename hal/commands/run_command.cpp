@@ -169,11 +169,11 @@ the run a display of its own (xvfb-run), or none.)"},
          {"MODELS",
           R"(With --models, each driver that a HAL file loads and that has a model file is a model: the pins that your files name,
 with the functions that they add to threads. Step generators move within maxvel and maxaccel. If a pid closes a loop from an
-encoder to a pwm or analog output, this output turns the drive. Every other drive follows the command of its joint. Home and limit switches change where the INI file has them, inputs that would hold the
-machine back let it work, a spindle reaches its speed by 1000 rev/min in a second, an index comes once in a unit of travel. The
+encoder to a pwm or analog output, this output turns the drive. Every other drive follows the command of its joint. Home and limit switches
+change where the INI file has them, inputs that would hold the machine back let it work, a spindle reaches its speed by 1000 rev/min in a second, an index comes once in a unit of travel. The
 at-speed of a VFD's program follows this ramp; other pins of a program that needs a screen or a device rest. The manual tool
 change is answered at once. A module that is not installed is compiled, if its .comp or .c lies beside the INI file; otherwise
-its pins rest. What a model leaves out is printed once.
+its pins rest. A line names the behaviour that a model leaves out.
 
 Your own model is a file NAME.model beside the INI or HAL file. The files of Plumb, in /usr/share/plumb/models, are examples;
 their words stand in model_files.py there.)"},

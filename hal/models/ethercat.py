@@ -7,7 +7,7 @@ import xml.etree.ElementTree
 # Objects of CiA 402, by index: the roles of a drive.
 OBJECTS = {0x6040: "control", 0x6041: "status", 0x607A: "target", 0x6064: "position", 0x60FF: "target-velocity", 0x606C: "velocity"}
 OBJECTS.update({0x6060: "mode", 0x6061: "mode-display"})
-ANOTHER_AXIS = 0x800  # between the objects of one axis and those of the next
+ANOTHER_AXIS = 0x800  # distance of the objects of two axes
 TYPES = {"bit": "bit", "u32": "u32", "s32": "s32", "float": "float", "float-unsigned": "float", "float-ieee": "float", "float-double-ieee": "float"}
 
 

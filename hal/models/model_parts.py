@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The parts of models: how their pins move. A driver's own parts come from its model file; the travel of the INI gives
-switches, and nets tell what an encoder sits on and what a spindle's inputs follow."""
+switches. Nets show the motor of each encoder, and the command that each input of a spindle follows."""
 
 import collections
 import re
@@ -234,7 +234,7 @@ class Parts:
                     found["near"] = self.signals[other], gain
                 elif pin == "spindle.%d.speed-in" % spindle:
                     found["speed-in"] = source, gain
-            if found:  # a comparison tells the unit that the user's files use
+            if found:  # the compared pins show the unit in the user's files
                 follows, gain = found.get("near") or found["speed-in"]
                 part = {"kind": "speed", "pins": {"in": follows, "source": source, "out": output}, "numbers": {"factor": 1 / gain, "ramp": RAMP}}
                 self._model(output)["parts"].append(part)

@@ -59,7 +59,7 @@ prints results.json and writes nothing.
 The verdict of an axis is pass if it stays within its tolerance by its uncertainty U, and the test reached its end. It is fail as
 soon as a deviation leaves the tolerance by as much. The page has the budget of U. A prediction is advice and never counts.
 
-The rms of offset minus drift shows which axis a compensation follows. The settings of axis_growth are those of
+The rms of offset minus drift names the axis that a compensation follows. The settings of axis_growth are those of
 plumb growth identify without options.)"},
          {"REPORT OF GAUGES",
           R"(plumb growth report GAUGES.csv reads a record of displacement sensors at a mandrel, as ISO 230-3 uses them, in the form that

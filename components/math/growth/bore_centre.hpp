@@ -21,7 +21,7 @@ public:
         Place place = Place::Zero();     // mu
         double radius = 0;               // mu, of the circle or sphere on which the ball's centre lies
         double scatter = 0;              // mu, rms of the residuals per degree of freedom; 0 if there is none
-        Place per_unit = Place::Zero();  // standard uncertainty of place, divided by that of one touch
+        Place per_unit = Place::Zero();  // standard uncertainty of place, to that of a touch
     };
 
     // Centre of the ball at a touch, in mu. False if it is not finite or there are `most` already.

@@ -319,8 +319,8 @@ private:
         drift_ = 0;
     }
 
-    // What was learned counts as a turn at full speed, and one in the last cycle of a climb, which tells
-    // whether the axis turns as before.
+    // A remembered stroke gives two turns for each end: at full speed, and in the last cycle of a climb. The
+    // second one tells whether the axis turns as before.
     void recall(const Learned& known) noexcept {
         slow_ = known.slow;
         if (slow_ == std::array<double, 2>{}) return;

@@ -177,7 +177,7 @@ private:
     static constexpr double quicker = 1.1;                 // w^2, than all turns
     static constexpr double strange = 0.1;                 // of a turn, at a distance of 1 from all others
     static constexpr double relative = 0.03;               // sigma of a turn at this distance
-    static constexpr double retained = 0.02;               // of a turn, what a remembered one is wrong by
+    static constexpr double retained = 0.02;               // of a turn: the error of a remembered one
     static constexpr double least = 0.02, starting = 0.3;  // sigma, in units, of a turn; of the first one
     // Sigma of the slope: of the power of the length with which a turn goes, and mu for each mu.
     static constexpr double usual_power = 0.2, odd_slope = 0.08, odd_lag_slope = 0.02;

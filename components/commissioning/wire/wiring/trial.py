@@ -161,8 +161,8 @@ class Trial:
 
 
 def finished(command, environment, patience):
-    """Exit status and output of a program that has this many seconds; fewer once halcmd waits for a name that nobody has. In a
-    session of its own it has no terminal to type into, and does not reach wire by its process group."""
+    """Exit status and output of a program that has this many seconds; fewer once halcmd waits for a name that nobody has. By
+    setsid() the program has no terminal to type into, and its signals to its process group do not reach wire."""
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(command, env=environment, start_new_session=True, **pipes) as process:
         output, began = b"", time.monotonic()
