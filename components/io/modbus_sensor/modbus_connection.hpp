@@ -241,11 +241,14 @@ private:
             if (count > 0) bytes.insert(bytes.end(), come, come + count);
             if (waiting() > 0) continue;
             const ModbusReply reply = modbus_line_reply_of(request, bytes);
-            if (reply.status != ModbusReply::Status::wrong) return reply;
+            const std::size_t whole = request.reply_size() + modbus_checksum_size;
+            const bool alone = bytes.size() == whole || bytes.size() == modbus_shortest;
+            if (alone && reply.status != ModbusReply::Status::wrong) return reply;
             const double now = seconds_now();
-            const bool may_be_whole = bytes.size() >= request.reply_size() + modbus_checksum_size;
-            const double end = may_be_whole ? now + serial_->silence() : std::min(until, now + longest_rest);
-            if (pauses.wait(number(), POLLIN, end) != Pauses::Woken::ready) break;
+            const double end =
+                bytes.size() >= whole ? now + serial_->silence() : std::min(until, now + longest_rest);
+            // What comes behind a reply may be another one.
+            if (pauses.wait(number(), POLLIN, end) != Pauses::Woken::ready) return reply;
         }
         return modbus_wrong();
     }

@@ -8,6 +8,7 @@
 #include "components/io/sensor/link_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -311,7 +312,7 @@ private:
     void failed(Task& task, bool silent, double asked) {
         const int number = task.group.request.device;
         Device& device = device_of(task);
-        if (silent) learn_pause(device, asked);
+        if (silent) learn_pause(number, device, asked);
         device.answers = false;
         device.back_off.failed(seconds_now());
         trial_after_ = seconds_now() + settings_.timeout;
@@ -337,9 +338,12 @@ private:
     // Some devices do not hear a request that comes sooner than 10 or 50 ms after their reply. If two such
     // requests were silent, and none was answered between them, the next ones come later.
     static bool hasty(const Device& device, double asked) { return asked - device.replied < 2 * first_pause; }
-    static void learn_pause(Device& device, double asked) {
-        if (hasty(device, asked) && ++device.unheard >= 2)
-            device.pause = device.pause > 0 ? last_pause : first_pause;
+    void learn_pause(int number, Device& device, double asked) {
+        if (!hasty(device, asked) || ++device.unheard < 2 || device.pause == last_pause) return;
+        device.pause = device.pause > 0 ? last_pause : first_pause;
+        state_.say(settings_.name + ": device " + std::to_string(number) + " has a pause of " +
+                   std::to_string(std::lround(1000 * device.pause)) +
+                   " ms after each reply: it did not hear two requests");
     }
     static constexpr double first_pause = 0.02, last_pause = 0.1;  // s
 

@@ -479,6 +479,8 @@ TEST(ModbusLinkFaults, ADeviceThatIsDeafAfterItsReplyIsGivenAPause) {
         };
         EXPECT_TRUE(becomes(all_valid)) << deaf;
         link.stop(5);
+        ASSERT_FALSE(said.empty());
+        EXPECT_THAT(said.back(), testing::HasSubstr("device 1 has a pause of"));
     }
 }
 
